@@ -3,10 +3,12 @@
 //! Where the file has a sound summary, [`Recording::open`] reads nothing else, and [`Recording::messages`] reads only
 //! the chunks that hold what is asked for. Otherwise both read the whole file.
 
+mod decoder;
 mod json;
 mod open;
 mod turns;
 
+pub(crate) use decoder::{Decoded, Decoder};
 pub(crate) use open::widen;
 use turns::Turns;
 
@@ -22,7 +24,7 @@ use crate::{
     failure::Failure,
     instant::Instant,
     recording::{Damage, FileRecord, Index, LeftOut, Limits, Opened, Scan},
-    wire::{DecodeError, Values},
+    wire::Values,
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -238,8 +240,9 @@ impl Recording {
         self.from_index && !self.index().chunks.is_empty()
     }
 
-    fn decoders(&self, ids: impl IntoIterator<Item = u16>) -> BTreeMap<u16, Decoder<'_>> {
-        ids.into_iter().filter_map(|id| Some((id, (self.channels.get(&id)?, Values::default())))).collect()
+    fn decoders(&self, ids: impl IntoIterator<Item = u16>) -> BTreeMap<u16, Known<'_>> {
+        let known = |id| self.channels.get(&id).map(|channel| (id, (channel, Decoder::of(channel))));
+        ids.into_iter().filter_map(known).collect()
     }
 
     /// Hands the name and content of every attachment to `take`, until that returns something; of one that has no room what is known of it.
@@ -339,32 +342,31 @@ pub struct Seen {
     pub bytes: u64,
 }
 
-/// What is made of every record of the file; and of messages, whether they were decoded, and how that went.
-pub(crate) type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<Result<(), DecodeError>>) + 'a>;
+/// What is made of every record of the file, and of messages that can be decoded.
+pub(crate) type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<&mut Decoded<'_>>) + 'a>;
 
-/// A channel, and the message of it that was decoded last.
-type Decoder<'a> = (&'a Channel, Values);
+/// A channel, and what decodes its messages.
+type Known<'a> = (&'a Channel, Option<Decoder>);
 
 /// The messages of some channels, one after the other.
 pub struct Messages<'a> {
     scan: Scan,
-    channels: BTreeMap<u16, Decoder<'a>>,
+    channels: BTreeMap<u16, Known<'a>>,
     turns: Option<Turns>,
     records: Option<TakeRecord<'a>>,
     undecoded: u64,
 }
 
 /// The next message, decoded if that is asked for.
-pub struct Next<'a> {
+pub struct Next<'a, 'd> {
     /// As it stands in the file.
     pub message: Message<'a>,
     /// Its channel.
     pub channel: &'a Channel,
-    values: &'a mut Values,
-    fit: Option<Result<(), DecodeError>>,
+    decoded: Option<Decoded<'d>>,
 }
 
-impl Next<'_> {
+impl Next<'_, '_> {
     /// When it is.
     pub(crate) fn instant(&self) -> Instant {
         self.channel.instant(self.message.data, self.message.log_time, self.channel.origin)
@@ -372,17 +374,12 @@ impl Next<'_> {
 
     /// The decoded message; `None` if it does not fit its schema, or there is none.
     pub(crate) fn values(&mut self) -> Option<&mut Values> {
-        let layout = self.channel.layout.as_deref()?;
-        if self.values.lists.is_empty() {
-            *self.values = layout.values();
-        }
-        let fit = self.fit.get_or_insert_with(|| layout.decode(self.message.data, self.values));
-        fit.is_ok().then_some(&mut *self.values)
+        self.decoded.as_mut()?.values(self.message.data).ok()
     }
 
     /// True if it was decoded in vain.
     pub(crate) fn is_undecoded(&self) -> bool {
-        matches!(self.fit, Some(Err(_)))
+        self.decoded.as_ref().is_some_and(Decoded::is_undecoded)
     }
 }
 
@@ -397,7 +394,7 @@ impl Messages<'_> {
     /// # Errors
     ///
     /// The system fails to read.
-    pub fn next<T>(&mut self, take: impl FnOnce(&mut Next<'_>) -> T) -> Result<Option<T>, Failure> {
+    pub fn next<T>(&mut self, take: impl FnOnce(&mut Next<'_, '_>) -> T) -> Result<Option<T>, Failure> {
         while let Some(turns) = &mut self.turns {
             if let Some(kept) = turns.next() {
                 return Ok(self.again(&kept, take));
@@ -414,16 +411,15 @@ impl Messages<'_> {
         let Self { scan, channels, records, undecoded, .. } = self;
         let mut take = Some(take);
         scan.find_map(|found| {
-            let mut fit = None;
+            let mut decoded = None;
             let taken = Message::of(&found).and_then(|message| {
-                let decoder = channels.get_mut(&message.channel)?;
-                let (taken, known) = hand(message, decoder, take.take()?);
-                *undecoded += u64::from(matches!(known, Some(Err(_))));
-                fit = known;
+                let known = channels.get_mut(&message.channel)?;
+                let (taken, next) = hand(message, known, undecoded, take.take()?);
+                decoded = next;
                 Some(taken)
             });
             if let Some(records) = records {
-                records(found, fit);
+                records(found, decoded.as_mut());
             }
             taken
         })
@@ -437,7 +433,7 @@ impl Messages<'_> {
     /// The system fails to read, or `take` fails.
     pub fn for_each(
         &mut self,
-        mut take: impl FnMut(&mut Next<'_>) -> Result<(), Failure>,
+        mut take: impl FnMut(&mut Next<'_, '_>) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         while let Some(taken) = self.next(&mut take)? {
             taken?;
@@ -446,10 +442,9 @@ impl Messages<'_> {
     }
 
     /// Hands a message that was kept to `take` once more.
-    pub(crate) fn again<T>(&mut self, kept: &Kept, take: impl FnOnce(&mut Next<'_>) -> T) -> Option<T> {
-        let (taken, fit) = hand(kept.message(), self.channels.get_mut(&kept.channel)?, take);
-        self.undecoded += u64::from(matches!(fit, Some(Err(_))));
-        Some(taken)
+    pub(crate) fn again<T>(&mut self, kept: &Kept, take: impl FnOnce(&mut Next<'_, '_>) -> T) -> Option<T> {
+        let known = self.channels.get_mut(&kept.channel)?;
+        Some(hand(kept.message(), known, &mut self.undecoded, take).0)
     }
 
     /// True at the end of the file; false as long as it may grow.
@@ -464,17 +459,15 @@ impl Messages<'_> {
     }
 }
 
-/// Hands a message to `take`; answers also whether it was decoded, and how that went.
-fn hand<T>(
+/// Hands a message to `take`, counts it if it was decoded in vain, and hands it on as far as it was decoded.
+fn hand<'a, T>(
     message: Message<'_>,
-    (channel, values): &mut Decoder<'_>,
-    take: impl FnOnce(&mut Next<'_>) -> T,
-) -> (T, Option<Result<(), DecodeError>>) {
-    let mut next = Next { message, channel, values, fit: None };
+    (channel, decoder): &'a mut Known<'_>,
+    undecoded: &mut u64,
+    take: impl FnOnce(&mut Next<'_, 'a>) -> T,
+) -> (T, Option<Decoded<'a>>) {
+    let mut next = Next { message, channel, decoded: decoder.as_mut().map(Decoder::next) };
     let taken = take(&mut next);
-    let fit = next.fit;
-    if fit.is_some() {
-        values.release();
-    }
-    (taken, fit)
+    *undecoded += u64::from(next.is_undecoded());
+    (taken, next.decoded)
 }

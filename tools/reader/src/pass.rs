@@ -9,10 +9,10 @@ pub use crate::messages::Seen;
 use crate::{
     failure::Failure,
     instant::Instant,
-    messages::{Kept, Message, Next, Recording, TakeRecord},
+    messages::{Decoded, Kept, Message, Next, Recording, TakeRecord},
     recording::{Budget, FileRecord},
     select::Window,
-    wire::{DecodeError, Values},
+    wire::Values,
 };
 
 /// A decoded message.
@@ -144,7 +144,7 @@ impl<'a> Pass<'a> {
     }
 
     /// Hands every record of the file to `take`, which is read as a whole then.
-    pub(crate) fn records(&mut self, take: impl FnMut(FileRecord<'_>, Option<Result<(), DecodeError>>) + 'a) {
+    pub(crate) fn records(&mut self, take: impl FnMut(FileRecord<'_>, Option<&mut Decoded<'_>>) + 'a) {
         self.records = Some(Box::new(take));
     }
 
@@ -176,7 +176,7 @@ impl<'a> Pass<'a> {
 
 impl Watched<'_> {
     /// Takes the next message.
-    fn take(&mut self, next: &mut Next<'_>, window: &Window, budget: &mut Budget) -> Result<(), Failure> {
+    fn take(&mut self, next: &mut Next<'_, '_>, window: &Window, budget: &mut Budget) -> Result<(), Failure> {
         let instant = next.instant();
         if !window.holds(instant) {
             return Ok(());
@@ -196,7 +196,7 @@ impl Watched<'_> {
     /// Shows a message to those who look at it.
     fn show(
         &mut self,
-        next: &mut Next<'_>,
+        next: &mut Next<'_, '_>,
         (number, is_last): (u64, bool),
         budget: &mut Budget,
     ) -> Result<(), Failure> {

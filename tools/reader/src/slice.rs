@@ -11,7 +11,7 @@ use crate::{
     extent::{self, Extent, Extents},
     failure::Failure,
     instant::Instant,
-    messages::{Kept, Message, Recording},
+    messages::{Decoder, Kept, Message, Recording},
     pass::{Moment, Pass},
     path::Path,
     recording::{Budget, Damage, Limits},
@@ -210,15 +210,14 @@ impl<'a> Nearest<'a> {
     /// A time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
     pub fn moments(self) -> Result<Vec<Moment>, Failure> {
         let (recording, channel) = (self.recording, self.channel);
-        let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
+        let Some(mut decoder) = Decoder::of(channel) else { return Ok(Vec::new()) };
         let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
         for (time, Kept { log_time, data, .. }) in self.kept()? {
-            let mut values = layout.values();
-            match layout.decode(&data, &mut values) {
-                Ok(()) if budget.spend(values.weight()) => {
+            match decoder.take(&data) {
+                Ok(values) if budget.spend(values.weight()) => {
                     moments.push(Moment { time, log_time, number: 0, values });
                 }
-                Ok(()) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES)),
+                Ok(_) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES)),
                 Err(DecodeError::SchemaMismatch) => {
                     return Err(Failure::Failed(format!(
                         "the message of `{}` at time {time} does not fit its schema",

@@ -122,7 +122,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     let observed = RefCell::default();
     let mut field = Field::of(&recording);
     let mut pass = Pass::over(&recording, Window::default());
-    pass.records(|found, fit| content.take(found, fit));
+    pass.records(|found, decoded| content.take(found, decoded));
     watch(&recording, &observed, &mut pass);
     charts.watch(&recording, &mut pass);
     outline.watch(&recording, &mut pass);

@@ -4,7 +4,6 @@ use std::{
     cmp::Ordering,
     collections::{HashMap, VecDeque},
     ops::Range,
-    sync::Arc,
 };
 
 use super::{
@@ -25,7 +24,7 @@ use crate::{
     convention,
     failure::Failure,
     instant::Instant,
-    messages::{Kept, Recording},
+    messages::{Decoder, Kept, Recording},
     wire::{Layout, List, Type, Values},
 };
 
@@ -66,10 +65,10 @@ pub(super) struct Aligner<'a> {
     a: &'a Channel,
     b: &'a Channel,
     id: u16,
-    layouts: Option<[Arc<Layout>; 2]>,
+    /// None where messages are compared as bytes.
+    decoders: Option<[Decoder; 2]>,
     /// The same bytes mean the same in both.
     interchangeable: bool,
-    values: Vec<Values>,
     /// Puts messages of the new channel into the units of the reference.
     converter: Converter,
     fields: Vec<ComparedField>,
@@ -108,31 +107,29 @@ impl<'a> Aligner<'a> {
     ) -> Self {
         let (channel_a, channel_b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
         let topic = &channel_a.topic;
-        let layouts = channel_a.layout.clone().zip(channel_b.layout.clone()).map(|(a, b)| [a, b]);
+        let decoders = Decoder::of(channel_a).zip(Decoder::of(channel_b)).map(<[Decoder; 2]>::from);
         // messages without any field are compared as bytes, which both must have at the same times
-        let layouts = layouts.filter(|layouts| layouts.iter().any(|layout| layout.leaves.len() > 1));
-        let fields = match &layouts {
+        let decoders = decoders.filter(|both| both.iter().any(|decoder| decoder.layout().leaves.len() > 1));
+        let layouts = decoders.as_ref().map(|both| both.each_ref().map(Decoder::layout));
+        let fields = match layouts {
             None => vec![ComparedField::whole(topic, options)],
-            Some([layout_a, layout_b]) => {
+            Some(layouts) => {
                 let known = |leaf: usize| scales.get(&(pair.a, leaf)).copied();
-                let (channels, layouts) = ([channel_a, channel_b], [layout_a.as_ref(), layout_b]);
+                let channels = [channel_a, channel_b];
                 ComparedField::all(channels, layouts, &pair.leaves, &pair.converter, options, known)
             }
         };
-        let interchangeable =
-            pair.converter.is_empty() && layouts.as_ref().is_some_and(|[a, b]| a.is_like(b));
+        let interchangeable = pair.converter.is_empty() && layouts.is_some_and(|[a, b]| a.is_like(b));
         // there is nothing between bytes
         let mode =
             options.mode.map(|mode| if layouts.is_none() && mode.is_between() { Mode::Time } else { mode });
         let is_tolerant = fields.iter().any(|field| !field.is_key && field.is_tolerant());
-        let values = layouts.iter().flatten().map(|layout| layout.values()).collect();
         Self {
             a: channel_a,
             b: channel_b,
             id: pair.a,
-            layouts,
+            decoders,
             interchangeable,
-            values,
             converter: pair.converter,
             fields,
             mode,
@@ -258,7 +255,7 @@ impl<'a> Aligner<'a> {
             inside.take(LOOKED_AT).map(|waiting| waiting.moment).collect()
         };
         let [a, b] = self.waiting.each_ref().map(first);
-        let mode = choose([&a, &b], self.layouts.is_some());
+        let mode = choose([&a, &b], self.decoders.is_some());
         if self.is_tolerant || matches!(mode, Mode::Step | Mode::Time) {
             return mode;
         }
@@ -359,29 +356,35 @@ impl<'a> Aligner<'a> {
         }
         self.compare_stamps(&a.item, &b.item);
         let place = self.sample(&a);
-        let Some([layout_a, layout_b]) = &self.layouts else {
+        let Some(mut decoders) = self.decoders.take() else {
             let [a, b] = [a, b].map(|waiting| List::Bytes(vec![waiting.item.data]));
             self.fields[0].meter.take(&a, &b, &Sample { place, position: &|_| None });
             return Ok(());
         };
-        let (bytes_a, bytes_b) = (&a.item.data, &b.item.data);
-        let is_same = self.interchangeable && !self.is_moved();
-        let [values_a, values_b] = self.values.as_mut_slice() else { return Ok(()) };
-        if layout_a.decode(bytes_a, values_a).is_err() {
+        self.compare_values(&mut decoders, [&a.item.data, &b.item.data], &place);
+        self.decoders = Some(decoders);
+        Ok(())
+    }
+
+    /// Compares two messages; equal bytes are decoded once.
+    fn compare_values(&mut self, decoders: &mut [Decoder; 2], [a, b]: [&[u8]; 2], place: &Location) {
+        let is_same = a == b && self.interchangeable && !self.is_moved();
+        let [mut decoded_a, mut decoded_b] = decoders.each_mut().map(Decoder::next);
+        let Ok(values_a) = decoded_a.values(a) else {
             // equal bytes that do not fit are still equal
-            self.report.undecoded += u64::from(bytes_a != bytes_b);
-        } else if bytes_a == bytes_b && is_same {
+            self.report.undecoded += u64::from(a != b);
+            return;
+        };
+        if is_same {
             for field in self.fields.iter_mut().filter(|field| !field.ignored) {
                 field.meter.take_same(&values_a.lists[field.leaf_a], place.clone());
             }
-        } else if layout_b.decode(bytes_b, values_b).is_err() {
-            self.report.undecoded += 1;
-        } else {
+        } else if let Ok(values_b) = decoded_b.values(b) {
             self.converter.apply(values_b);
-            self.measure(&place, false);
+            self.measure([values_a, values_b], place, false);
+        } else {
+            self.report.undecoded += 1;
         }
-        self.values.iter_mut().for_each(Values::release);
-        Ok(())
     }
 
     /// Counts what differs of the headers of two messages.
@@ -401,7 +404,7 @@ impl<'a> Aligner<'a> {
     }
 
     /// Measures the decoded messages.
-    fn measure(&mut self, place: &Location, interpolated: bool) {
+    fn measure(&mut self, [a, b]: [&Values; 2], place: &Location, interpolated: bool) {
         // asked for, or with a tolerance, times count from the start; else they are compared as they are
         let is_moved = self.options.relative || self.offset != 0.0;
         let is_from_start = |field: &ComparedField| is_moved || field.is_tolerant();
@@ -410,7 +413,6 @@ impl<'a> Aligner<'a> {
             let [a, b] = starts.unwrap_or_default();
             starts = Some([a, b - self.offset]);
         }
-        let [a, b] = self.values.as_slice() else { return };
         for field in self.fields.iter_mut().filter(|field| !field.ignored) {
             let starts = starts.filter(|_| is_from_start(field));
             self.report.axes_differ |= field.measure(a, b, place, interpolated, starts);
@@ -499,29 +501,27 @@ impl<'a> Aligner<'a> {
         let b = &self.waiting[1];
         let time = |i: usize| b[i].moment.time;
         self.exact += u64::from(chosen.len() == 1 && time(chosen.start) == at);
-        let Some([layout_a, layout_b]) = self.layouts.as_ref().filter(|_| !self.is_left_out(0..1)) else {
+        if self.is_left_out(0..1) {
             return;
-        };
+        }
         // log times are small and exact from the time that is wanted
         let number = |time: Instant| time.nanoseconds().map_or(time.number(), |_| time.since(at));
-        let decoded = |i: usize| {
-            let mut values = layout_b.values();
-            layout_b.decode(&b[i].item.data, &mut values).ok()?;
+        let Some([mut decoder_a, mut decoder_b]) = self.decoders.take() else { return };
+        let point = |i: usize| {
+            let mut values = decoder_b.take(&b[i].item.data).ok()?;
             self.converter.apply(&mut values);
             Some((number(time(i)), values))
         };
-        let points: Option<Vec<(f64, Values)>> = chosen.map(decoded).collect();
-        let [values_a, values_b] = self.values.as_mut_slice() else { return };
-        match (points, layout_a.decode(&a.item.data, values_a)) {
-            (Some(points), Ok(())) => interpolate(&points, number(at), layout_b, values_b),
-            _ => {
-                self.report.undecoded += 1;
-                return;
+        let points: Option<Vec<(f64, Values)>> = chosen.map(point).collect();
+        let values_b = points.and_then(|points| interpolate(&points, number(at), decoder_b.layout()));
+        match (decoder_a.next().values(&a.item.data), values_b) {
+            (Ok(values_a), Some(values_b)) => {
+                let place = self.sample(a);
+                self.measure([values_a, &values_b], &place, true);
             }
+            _ => self.report.undecoded += 1,
         }
-        let place = self.sample(a);
-        self.measure(&place, true);
-        self.values.iter_mut().for_each(Values::release);
+        self.decoders = Some([decoder_a, decoder_b]);
     }
 
     /// Ends the comparison.

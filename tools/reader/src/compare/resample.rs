@@ -8,32 +8,31 @@ use crate::{
     wire::{Layout, List, Type, Values},
 };
 
-/// Numbers interpolated between points of time; of what is no number, that of the nearest point.
-pub(super) fn interpolate(points: &[(f64, Values)], time: f64, layout: &Layout, into: &mut Values) {
-    let nearest = points.iter().min_by(|x, y| (x.0 - time).abs().total_cmp(&(y.0 - time).abs()));
-    let Some((_, nearest)) = nearest else { return };
+/// Numbers interpolated between points of time; of what is no number, that of the nearest point. `None` if there is no point.
+pub(super) fn interpolate(points: &[(f64, Values)], time: f64, layout: &Layout) -> Option<Values> {
+    let (_, nearest) = points.iter().min_by(|x, y| (x.0 - time).abs().total_cmp(&(y.0 - time).abs()))?;
     // Lagrange: w_i = Π_{j≠i} (t − t_j)/(t_i − t_j)
     let weight = |i: usize| -> f64 {
         let others = points.iter().enumerate().filter(|(j, _)| *j != i);
         others.map(|(_, other)| (time - other.0) / (points[i].0 - other.0)).product()
     };
     let weights: Vec<f64> = (0..points.len()).map(weight).collect();
-    for (leaf, list) in into.lists.iter_mut().enumerate() {
+    let list = |(leaf, list): (usize, &List)| {
         let is_float = matches!(layout.leaves[leaf].kind, Type::Double | Type::Float);
-        let length = points.iter().map(|(_, values)| values.lists[leaf].len()).min().unwrap_or(0);
         if !is_float || points.len() == 1 {
-            *list = nearest.lists[leaf].clone();
-            continue;
+            return list.clone();
         }
+        let length = points.iter().map(|(_, values)| values.lists[leaf].len()).min().unwrap_or(0);
         let value = |i: usize| -> f64 {
             let terms = points.iter().zip(&weights);
             terms.map(|((_, values), weight)| weight * values.lists[leaf].number(i).unwrap_or(0.0)).sum()
         };
-        *list = match list {
+        match list {
             List::Float(_) => List::Float((0..length).map(|i| value(i) as f32).collect()),
             _ => List::Double((0..length).map(value).collect()),
-        };
-    }
+        }
+    };
+    Some(Values { lists: nearest.lists.iter().enumerate().map(list).collect() })
 }
 
 /// Elements of two arrays on the common part of their axes.

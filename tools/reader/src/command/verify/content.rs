@@ -15,10 +15,10 @@ use crate::{
     command::summary::Source,
     convention::RUN,
     directory::Directory,
-    messages::{Metadata, widen},
+    messages::{Decoded, Decoder, Metadata, widen},
     recording::{FileRecord, Index, Limits},
     text::short,
-    wire::{DecodeError, Values},
+    wire::DecodeError,
 };
 
 /// What has been seen so far.
@@ -55,7 +55,13 @@ pub(super) struct Series {
     last_time: u64,
     /// Messages that are earlier than those before them.
     backwards: u64,
-    values: Option<Values>,
+    decoder: Option<Decoder>,
+    /// Known with the first message that can be decoded.
+    meaning: Option<Meaning>,
+}
+
+/// What values of messages are.
+struct Meaning {
     /// Axes of arrays that messages list.
     axes: Vec<(usize, Axis)>,
     /// What they say of the impact.
@@ -148,8 +154,8 @@ impl<'a> Content<'a> {
 
     /// Takes a record.
     ///
-    /// * `fit`: of messages that are decoded already, whether they fit their schema
-    pub(in crate::command) fn take(&mut self, found: FileRecord<'_>, fit: Option<Result<(), DecodeError>>) {
+    /// * `decoded`: of messages that others look at, what decodes them
+    pub(in crate::command) fn take(&mut self, found: FileRecord<'_>, decoded: Option<&mut Decoded<'_>>) {
         let FileRecord { offset, inside, record, .. } = found;
         let is_header = matches!(record, Record::Header(_));
         if std::mem::take(&mut self.is_first) != is_header {
@@ -165,7 +171,7 @@ impl<'a> Content<'a> {
         match record {
             Record::Schema { .. } => self.schema(offset, &record),
             Record::Channel(_) => self.channel(offset, &record),
-            Record::Message { header, data } => self.message(offset, inside, (&header, &data), fit),
+            Record::Message { header, data } => self.message(offset, inside, (&header, &data), decoded),
             Record::Chunk { header, .. } => self.open_chunk(offset, header),
             Record::MessageIndex(entry) => self.message_index(offset, entry.channel_id, &entry.records),
             Record::Attachment { header, .. } => self.attachment(offset, header.name),
@@ -224,7 +230,7 @@ impl<'a> Content<'a> {
         offset: u64,
         inside: Option<u64>,
         (header, data): (&MessageHeader, &[u8]),
-        fit: Option<Result<(), DecodeError>>,
+        decoded: Option<&mut Decoded<'_>>,
     ) {
         self.report.messages += 1;
         let (id, time) = (header.channel_id, header.log_time);
@@ -251,33 +257,41 @@ impl<'a> Content<'a> {
             }
             return;
         }
-        let Some(layout) = &channel.layout else { return };
-        let values = series.values.get_or_insert_with(|| {
-            let axis = |leaf| (leaf, Axis::of(leaf, layout, channel));
-            series.axes = (0..layout.leaves.len()).map(axis).filter(|(_, axis)| axis.is_listed()).collect();
-            let is_first = channels.range(..id).all(|(_, other)| other.topic != channel.topic);
-            // who has decoded them already measures them too
-            series.source = Source::of(channel).filter(|_| is_first && fit.is_none());
-            layout.values()
-        });
-        let fit = fit.filter(|_| series.axes.is_empty()).unwrap_or_else(|| layout.decode(data, values));
-        if let (Ok(()), Some(source)) = (&fit, &series.source) {
-            let time = channel.instant(data, time, channel.origin).number();
-            source.show(channel, time, values, &mut self.observed);
-        }
-        let flaw = match fit {
-            Ok(()) => Ok(series.axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values))),
-            Err(DecodeError::SchemaMismatch) => Err("does not fit its schema"),
-            Err(DecodeError::Memory) => Err("unpacks to more than --max-memory allows"),
+        let is_own = decoded.is_none();
+        let mut look = |decoded: &mut Decoded<'_>| {
+            let Meaning { axes, source } = series.meaning.get_or_insert_with(|| {
+                let layout = decoded.layout();
+                let axis = |leaf| (leaf, Axis::of(leaf, layout, channel));
+                let axes = (0..layout.leaves.len()).map(axis).filter(|(_, axis)| axis.is_listed()).collect();
+                let is_first = channels.range(..id).all(|(_, other)| other.topic != channel.topic);
+                // others who look at them measure them too
+                Meaning { axes, source: Source::of(channel).filter(|_| is_first && is_own) }
+            });
+            let values = decoded.values(data)?;
+            if let Some(source) = source {
+                let time = channel.instant(data, time, channel.origin).number();
+                source.show(channel, time, values, &mut self.observed);
+            }
+            Ok(axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values)))
         };
-        values.release();
+        if is_own && series.decoder.is_none() {
+            series.decoder = Decoder::of(channel);
+        }
+        let flaw = match (decoded, &mut series.decoder) {
+            (Some(decoded), _) => look(decoded),
+            (None, Some(decoder)) => look(&mut decoder.next()),
+            (None, None) => return,
+        };
         match flaw {
             Ok(None) => {}
             Ok(Some(flaw)) => {
                 let topic = short(&channel.topic);
                 self.report.problem(offset, format!("a message of `{topic}` at log time {time} {flaw}"));
             }
-            Err(flaw) => self.undecoded(offset, header, flaw),
+            Err(DecodeError::SchemaMismatch) => self.undecoded(offset, header, "does not fit its schema"),
+            Err(DecodeError::Memory) => {
+                self.undecoded(offset, header, "unpacks to more than --max-memory allows");
+            }
         }
     }
 
