@@ -13,7 +13,7 @@ use crate::{
     },
     failure::Failure,
     recording::Limits,
-    verb::{Context, Exit, run},
+    verb::{Exit, run},
 };
 use manual::{Completions, Manual};
 
@@ -90,9 +90,9 @@ macro_rules! verbs {
         }
 
         impl Command {
-            fn run(&self, context: Context) -> Result<Exit, Failure> {
+            fn run(&self, limits: Limits) -> Result<Exit, Failure> {
                 match self {
-                    $(Self::$name(verb) => run(verb.as_ref(), context),)*
+                    $(Self::$name(verb) => run(verb.as_ref(), limits),)*
                 }
             }
         }
@@ -124,6 +124,6 @@ impl Arguments {
     ///
     /// What is asked for cannot be had.
     pub fn run(&self) -> Result<Exit, Failure> {
-        self.command.run(Context { limits: Limits { memory: self.max_memory } })
+        self.command.run(Limits { memory: self.max_memory })
     }
 }

@@ -29,21 +29,16 @@ pub(crate) use table::{TableFormat, UnitChoice};
 /// A verb of the program: its arguments, and what it does.
 pub trait Verb: clap::Args {
     /// Recordings that it reads.
-    fn files(&self) -> &[PathBuf];
+    fn files(&self) -> &[PathBuf] {
+        &[]
+    }
 
-    /// Does it.
+    /// Does it within the memory that reading may take.
     ///
     /// # Errors
     ///
     /// What is asked for cannot be had; the status of the program is that of the failure.
-    fn run(&self, context: Context) -> Result<Exit, Failure>;
-}
-
-/// What all verbs are given.
-#[derive(Clone, Copy, Debug)]
-pub struct Context {
-    /// What reading may take.
-    pub limits: Limits,
+    fn run(&self, limits: Limits) -> Result<Exit, Failure>;
 }
 
 /// How a verb has ended without an error.
@@ -71,14 +66,14 @@ impl From<Exit> for ExitCode {
 }
 
 /// Runs a verb, once it has said which of its recordings are not complete.
-pub(crate) fn run(verb: &impl Verb, context: Context) -> Result<Exit, Failure> {
+pub(crate) fn run(verb: &impl Verb, limits: Limits) -> Result<Exit, Failure> {
     for file in verb.files().iter().filter(|file| is_part(file) && file.is_file()).collect::<BTreeSet<_>>() {
         say(&format!(
             "note: `{}` is a recording that is not complete: still being written, or interrupted",
             file.display()
         ));
     }
-    verb.run(context)
+    verb.run(limits)
 }
 
 /// Says why a verb has failed, and gives its exit status.

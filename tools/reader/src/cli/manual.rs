@@ -8,7 +8,8 @@ use percuss_output::manual::{Shell, completions, page, write_pages};
 use super::Arguments;
 use crate::{
     failure::Failure,
-    verb::{Context, Exit, Verb, print},
+    recording::Limits,
+    verb::{Exit, Verb, print},
 };
 
 const COMPLETIONS_EXAMPLES: &str = "\
@@ -28,11 +29,7 @@ pub(super) struct Completions {
 }
 
 impl Verb for Completions {
-    fn files(&self) -> &[PathBuf] {
-        &[]
-    }
-
-    fn run(&self, _: Context) -> Result<Exit, Failure> {
+    fn run(&self, _: Limits) -> Result<Exit, Failure> {
         print(&completions(Arguments::command(), self.shell))?;
         Ok(Exit::Done)
     }
@@ -53,11 +50,7 @@ pub(super) struct Manual {
 }
 
 impl Verb for Manual {
-    fn files(&self) -> &[PathBuf] {
-        &[]
-    }
-
-    fn run(&self, _: Context) -> Result<Exit, Failure> {
+    fn run(&self, _: Limits) -> Result<Exit, Failure> {
         match &self.output {
             None => print(&page(Arguments::command()))?,
             Some(folder) => drop(write_pages(Arguments::command(), folder)?),

@@ -34,7 +34,7 @@ use crate::{
     select::{self, Bound, Pattern, Window},
     slice::{Profile, Slice, profile, shown_name, slice},
     units::Units,
-    verb::{Context, Exit, Verb, Write, by_extension, loss, say},
+    verb::{Exit, Verb, Write, by_extension, loss, say},
 };
 
 const ANIMATE_EXAMPLES: &str = "\
@@ -72,7 +72,7 @@ impl Verb for Animate {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(self.files())?;
         let output = self.write.named()?;
         let form = by_extension(output, &FORMS, None)?;

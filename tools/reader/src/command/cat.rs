@@ -19,7 +19,7 @@ use crate::{
     recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window, finite_time},
     slice::kept_at,
-    verb::{Context, Exit, Verb, loss},
+    verb::{Exit, Verb, loss},
     wire::dynamic,
 };
 
@@ -44,7 +44,7 @@ impl Verb for Cat {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let mut output = BufWriter::new(io::stdout());
         let damages =
             cat(&self.file, &self.request, limits, &mut output).map_err(|failure| failure.at(None))?;

@@ -21,7 +21,7 @@ use crate::{
     measured::Sources,
     recording::Limits,
     verb::{
-        Context, Exit, Verb, by_extension, has_colour, print, print_document, print_painted, refuse_inputs,
+        Exit, Verb, by_extension, has_colour, print, print_document, print_painted, refuse_inputs,
         say, write,
     },
 };
@@ -173,9 +173,9 @@ impl Verb for Diff {
         &self.files
     }
 
-    fn run(&self, context: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         // status 1 says that recordings differ: whatever fails here is another
-        self.compare_all(context.limits).map_err(Failure::into_usage)
+        self.compare_all(limits).map_err(Failure::into_usage)
     }
 }
 

@@ -26,7 +26,7 @@ use crate::{
     recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window, finite_time},
     slice::{Slice, mismatch, moments, slice},
-    verb::{Context, Exit, Verb, Write, by_extension, loss, print, same_file, say},
+    verb::{Exit, Verb, Write, by_extension, loss, print, same_file, say},
 };
 
 pub use image::{Camera, Image};
@@ -87,7 +87,7 @@ impl Verb for Export {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(self.files())?;
         if let Some(name) = &self.attachment {
             let (content, others) = attachment(&self.file, name, limits)?;

@@ -15,7 +15,7 @@ use crate::{
     messages::Recording,
     recording::Limits,
     text::{printable, short},
-    verb::{Context, Exit, Verb, loss, show},
+    verb::{Exit, Verb, loss, show},
 };
 
 const INFO_EXAMPLES: &str = "\
@@ -40,7 +40,7 @@ impl Verb for Info {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let (text, recording) = info(&self.file, self.json, limits)?;
         show(&text, self.json)?;
         Ok(loss(&self.file, &recording.damages))

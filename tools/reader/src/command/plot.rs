@@ -31,7 +31,7 @@ use crate::{
     messages::Recording,
     recording::Limits,
     select::{self, Bound},
-    verb::{Chosen, Context, Exit, Verb, Write, by_extension, has_colour, losses, say, say_left_out},
+    verb::{Chosen, Exit, Verb, Write, by_extension, has_colour, losses, say, say_left_out},
 };
 
 pub(crate) use curves::traces;
@@ -124,7 +124,7 @@ impl Verb for Plot {
         &self.files
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(&self.files)?;
         let medium = self.write.path().map_or(Ok(terminal()), medium)?;
         self.write.refuse_existing()?;

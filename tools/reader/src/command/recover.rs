@@ -23,7 +23,7 @@ use crate::{
     instant::seconds,
     recording::{Budget, Damage, FileRecord, Limits, Scan},
     text::short,
-    verb::{Context, Exit, Verb, Write, by_extension, commit, print, print_document},
+    verb::{Exit, Verb, Write, by_extension, commit, print, print_document},
 };
 
 const RECOVER_EXAMPLES: &str = "\
@@ -57,7 +57,7 @@ impl Verb for Recover {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(self.files())?;
         let path = self.write.named()?;
         by_extension(path, &[("mcap", ())], Some(()))?;

@@ -19,7 +19,7 @@ use crate::{
     recording::{Damage, Limits, open_file},
     select::{Bound, Window},
     timeline::{Event, Timeline},
-    verb::{Context, Exit, Verb, loss, say},
+    verb::{Exit, Verb, loss, say},
 };
 
 const REPLAY_EXAMPLES: &str = "\
@@ -50,7 +50,7 @@ impl Verb for Replay {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let mut exit = Exit::Done;
         let mut report = |news: News<'_>| match news {
             News::Line(line) => say(line),

@@ -34,7 +34,7 @@ use crate::{
     recording::{Damage, Limits, without_part},
     select::Window,
     text::xml,
-    verb::{Context, Exit, Verb, Write, by_extension, loss, say},
+    verb::{Exit, Verb, Write, by_extension, loss, say},
 };
 
 pub use sweep::{name, sweep};
@@ -66,7 +66,7 @@ impl Verb for Report {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let is_sweep = self.file.is_dir();
         let default = || match is_sweep {
             true => PathBuf::from(name(&self.file) + ".html"),

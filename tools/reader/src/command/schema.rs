@@ -15,7 +15,7 @@ use crate::{
     recording::Limits,
     select::{self, Pattern},
     text::short,
-    verb::{Context, Exit, Verb, print},
+    verb::{Exit, Verb, print},
 };
 
 const SCHEMA_EXAMPLES: &str = "\
@@ -39,7 +39,7 @@ impl Verb for Schema {
         std::slice::from_ref(&self.file)
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         print(&schema(&self.file, &self.topics, limits)?)?;
         Ok(Exit::Done)
     }

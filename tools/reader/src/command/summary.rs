@@ -22,7 +22,7 @@ use crate::{
     scales::{Conversion, Scales},
     toml_keys,
     units::Units,
-    verb::{Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say},
+    verb::{Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say},
 };
 
 pub(super) use reading::{Reading, Source, measures, watch};
@@ -88,7 +88,7 @@ impl Verb for Summary {
         &self.files
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(&self.files)?;
         let format = self.write.format(self.format, &TableFormat::SUMMARY, TableFormat::Text)?;
         let prefixed = self.units == UnitChoice::Prefixed && format.is_for_reading();

@@ -21,7 +21,7 @@ use crate::{
     messages::{POLL, Seen},
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
-    verb::{Chosen, Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say, say_left_out},
+    verb::{Chosen, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say, say_left_out},
 };
 
 pub use arrays::arrays;
@@ -81,7 +81,7 @@ impl Verb for Trace {
         &self.files
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(&self.files)?;
         let format = self.write.format(self.format, &TableFormat::TRACE, TableFormat::Csv)?;
         let request = Request {

@@ -14,7 +14,7 @@ use clap::Args;
 use crate::{
     failure::Failure,
     recording::{Damage, Limits, Scan},
-    verb::{Context, Exit, Verb, show},
+    verb::{Exit, Verb, show},
 };
 
 pub(super) use content::Content;
@@ -48,7 +48,7 @@ impl Verb for Verify {
         &self.files
     }
 
-    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+    fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let mut exit = Exit::Done;
         for file in &self.files {
             let report = verify(file, limits)?;
