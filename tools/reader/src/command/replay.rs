@@ -8,7 +8,7 @@ use std::{
 };
 
 use clap::Args;
-use percuss_serve::{Access, Address, AllowedOrigin, Channel, Playback, Playing, Report, Server, speed};
+use percuss_serve::{Access, Address, AllowedOrigin, Channel, Playback, Playing, Server, speed};
 
 use crate::{
     command::recover::recover,
@@ -51,13 +51,7 @@ impl Verb for Replay {
     }
 
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
-        let mut exit = Exit::Done;
-        let mut report = |news: News<'_>| match news {
-            News::Line(line) => say(line),
-            News::Loss(damage) => exit = loss(&self.file, std::slice::from_ref(damage)),
-        };
-        replay(&self.file, &self.request, limits, Arc::new(say), &mut report)?;
-        Ok(exit)
+        replay(&self.file, &self.request, limits)
     }
 }
 
@@ -94,34 +88,17 @@ pub struct Request {
     pub to: Option<Bound>,
 }
 
-/// What is shown to the user while a recording is replayed.
-pub enum News<'a> {
-    /// A line.
-    Line(&'a str),
-    /// Something of the file was lost.
-    Loss(&'a Damage),
-}
-
 /// Serves a recording until the end if that is asked for, else for good.
-///
-/// * `report`: shows who was refused, from other threads
-/// * `say`: shows what else there is to say, as soon as it is known
 ///
 /// # Errors
 ///
 /// The file cannot be read or nothing served.
-pub fn replay(
-    path: &Path,
-    request: &Request,
-    limits: Limits,
-    report: Report,
-    say: &mut dyn FnMut(News<'_>),
-) -> Result<(), Failure> {
+pub fn replay(path: &Path, request: &Request, limits: Limits) -> Result<Exit, Failure> {
     let recording = Recording::open(path, limits)?;
     let window = Window { from: request.from, to: request.to, every: 1 };
     let mut timed = recording.channels.values().filter(|channel| channel.has_time());
     timed.try_for_each(|channel| window.check(channel))?;
-    let mut timeline = open(path, limits, say)?;
+    let (mut timeline, opened) = open(path, limits)?;
     let span = timeline.span().and_then(|(first, last)| {
         let (low, high) = log_times(&recording, window);
         let span = (first.max(low), last.min(high));
@@ -135,7 +112,7 @@ pub fn replay(
     // a file of which nothing can be played is refused before viewers are awaited
     timeline.go_to(span.0);
     let first = timeline.next_event()?;
-    timeline.damages().iter().for_each(|damage| say(News::Loss(damage)));
+    let begun = loss(path, timeline.damages());
     if first.is_none() {
         return Err(nothing());
     }
@@ -143,14 +120,14 @@ pub fn replay(
     let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
     let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
     let address = request.address.clone().unwrap_or_default();
-    let access = Access { origins: request.allow_origin.clone(), report };
+    let access = Access { origins: request.allow_origin.clone(), report: Arc::new(say) };
     let server = Server::open(&address, &name, &channels, Some(span), access)?;
-    let place =
-        format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), server.reach());
-    say(News::Line(&place));
+    say(&format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), server.reach()));
     let mut player = Player {
         server,
+        path,
         said: timeline.damages().len(),
+        exit: if begun == Exit::Loss { begun } else { opened },
         timeline,
         numbers,
         span,
@@ -160,9 +137,9 @@ pub fn replay(
         head: None,
         clock: (Instant::now(), span.0),
     };
-    player.run(request, say)?;
+    player.run(request)?;
     player.server.hold(request.hold, || false);
-    Ok(())
+    Ok(player.exit)
 }
 
 /// There is no message that can be read.
@@ -182,28 +159,28 @@ fn log_times(recording: &Recording, window: Window) -> (u64, u64) {
     }
 }
 
-/// The recording by log time; one without a sound index is made whole in a temporary file first.
-fn open(path: &Path, limits: Limits, say: &mut dyn FnMut(News<'_>)) -> Result<Timeline, Failure> {
+/// The recording by log time; one without a sound index is made whole in a temporary file first, and what is lost of it reported.
+fn open(path: &Path, limits: Limits) -> Result<(Timeline, Exit), Failure> {
     if let Some(timeline) = Timeline::open(Box::new(open_file(path)?), path, limits)? {
-        return Ok(timeline);
+        return Ok((timeline, Exit::Done));
     }
-    say(News::Line("it has no sound index: reading all of it first"));
+    say("it has no sound index: reading all of it first");
     let failed = |error| Failure::Failed(format!("cannot create a temporary file: {error}"));
     let temporary = tempfile::tempfile().map_err(failed)?;
     let copy = temporary.try_clone().map_err(failed)?;
-    let recovered = recover(path, copy, limits)?;
-    for reason in recovered.lost {
-        say(News::Loss(&Damage::refusal(reason)));
-    }
-    Timeline::open(Box::new(temporary), path, limits)?.ok_or_else(nothing)
+    let lost: Vec<Damage> = recover(path, copy, limits)?.lost.into_iter().map(Damage::refusal).collect();
+    let exit = loss(path, &lost);
+    Ok((Timeline::open(Box::new(temporary), path, limits)?.ok_or_else(nothing)?, exit))
 }
 
 /// Plays a recording to a server.
-struct Player {
+struct Player<'a> {
     server: Server,
+    path: &'a Path,
     timeline: Timeline,
     /// Damages of it that have been reported.
     said: usize,
+    exit: Exit,
     /// Numbers of channels at the server by their ids.
     numbers: HashMap<u16, usize>,
     span: (u64, u64),
@@ -217,10 +194,10 @@ struct Player {
     clock: (Instant, u64),
 }
 
-impl Player {
-    fn run(&mut self, request: &Request, say: &mut dyn FnMut(News<'_>)) -> Result<(), Failure> {
+impl Player<'_> {
+    fn run(&mut self, request: &Request) -> Result<(), Failure> {
         loop {
-            self.report_damages(say);
+            self.report_damages();
             // requests do not keep it from playing, however many there are
             if let Some(asked) = self.server.request(self.wait()) {
                 self.obey(asked)?;
@@ -233,7 +210,7 @@ impl Player {
                 self.play()?;
                 if self.head.is_none() {
                     if request.once {
-                        self.report_damages(say);
+                        self.report_damages();
                         return Ok(());
                     }
                     self.end(request.repeat)?;
@@ -248,9 +225,11 @@ impl Player {
     }
 
     /// Reports what has been found to be lost since the last time.
-    fn report_damages(&mut self, say: &mut dyn FnMut(News<'_>)) {
+    fn report_damages(&mut self) {
         let damages = self.timeline.damages();
-        damages.iter().skip(self.said).for_each(|damage| say(News::Loss(damage)));
+        if loss(self.path, &damages[self.said..]) == Exit::Loss {
+            self.exit = Exit::Loss;
+        }
         self.said = damages.len();
     }
 
