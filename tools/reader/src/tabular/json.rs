@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, value::RawValue};
 
 use super::{Columns, Flaw};
+use crate::wire::json::special;
 
 /// Bytes of JSON to one of the memory that they can take when they are parsed: a list of numbers of one digit takes most.
 const GROWTH: usize = 16;
@@ -66,12 +67,7 @@ fn cell(value: Option<&Value>) -> Cell {
             (_, Some(number)) => Cell::UInt(number),
             _ => number.as_f64().map_or(Cell::Empty, Cell::Double),
         },
-        Some(Value::String(text)) => match text.as_str() {
-            "NaN" => Cell::Double(f64::NAN),
-            "Infinity" => Cell::Double(f64::INFINITY),
-            "-Infinity" => Cell::Double(f64::NEG_INFINITY),
-            _ => Cell::Text(text.clone()),
-        },
+        Some(Value::String(text)) => special(text).map_or_else(|| Cell::Text(text.clone()), Cell::Double),
         None | Some(Value::Null | Value::Array(_) | Value::Object(_)) => Cell::Empty,
     }
 }

@@ -24,6 +24,7 @@ mod observe;
 mod schema;
 
 pub(super) use decode::decode;
+pub(crate) use observe::special;
 pub(crate) use schema::shape;
 
 use indexmap::IndexMap;

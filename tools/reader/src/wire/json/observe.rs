@@ -187,7 +187,7 @@ pub(super) fn is_double(magnitude: u64) -> bool {
 }
 
 /// The numbers that JSON has no form for, as the JSON mapping of protobuf writes them.
-pub(super) fn special(text: &str) -> Option<f64> {
+pub(crate) fn special(text: &str) -> Option<f64> {
     match text {
         "NaN" => Some(f64::NAN),
         "Infinity" => Some(f64::INFINITY),
