@@ -36,7 +36,7 @@ pub struct Profile {
 }
 
 /// A matrix at one time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Slice {
     /// Path of the field.
     pub name: String,

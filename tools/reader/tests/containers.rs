@@ -110,23 +110,14 @@ fn build(content: Content, features: Features) -> Vec<u8> {
     if has_messages && features.chunks {
         let size = data.len() as u64;
         let (offset, length) = put(&mut file, chunk_at(times, size, b"", &data));
-        let (mut channels, mut index_length) = (Vec::new(), 0);
+        let (compressed, uncompressed) = (size, size);
+        let mut entry =
+            ChunkEntry { times, offset, length, compressed, uncompressed, ..ChunkEntry::default() };
         if features.message_index {
-            channels = vec![(1, file.len() as u64)];
+            entry.channels = vec![(1, file.len() as u64)];
             let index = record(0x07, &[&1u16.to_le_bytes()[..], &text(&entries)].concat());
-            (_, index_length) = put(&mut file, index);
+            (_, entry.index_length) = put(&mut file, index);
         }
-        let (compression, compressed, uncompressed) = ("", size, size);
-        let entry = ChunkEntry {
-            times,
-            offset,
-            length,
-            channels,
-            index_length,
-            compression,
-            compressed,
-            uncompressed,
-        };
         chunk_index = Some(entry.record());
     } else {
         file.extend(data);

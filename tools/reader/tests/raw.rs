@@ -181,7 +181,7 @@ pub fn statistics(counts: &Counts) -> Vec<u8> {
 }
 
 /// An entry of the summary for a chunk.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ChunkEntry {
     pub times: (u64, u64),
     pub offset: u64,
@@ -234,11 +234,10 @@ pub fn indexed(
             times: *times,
             offset,
             length: chunk.len() as u64,
-            channels: Vec::new(),
-            index_length: 0,
             compression: "zstd",
             compressed: data.len() as u64,
             uncompressed: content.len() as u64,
+            ..ChunkEntry::default()
         });
         offset += chunk.len() as u64;
         records.push(chunk);

@@ -297,18 +297,7 @@ mod tests {
                 let mut values = vec![0.0; 100 * 40];
                 (values[0], values[39]) = (1.0, 0.005);
                 values[3 * 40 + seen / frame] = 0.02;
-                bounds.take(Slice {
-                    name: String::new(),
-                    topic: String::new(),
-                    unit: None,
-                    time: 0.0,
-                    rows: side(100),
-                    columns: side(40),
-                    axes: [Heading::new("z", None), Heading::new("r", None)],
-                    even: false,
-                    values,
-                    layers: Vec::new(),
-                });
+                bounds.take(Slice { rows: side(100), columns: side(40), values, ..Slice::default() });
             }
             bounds
         };
@@ -324,18 +313,8 @@ mod tests {
     #[test]
     fn pixels_show_the_nearest_node() {
         let side = |length| Side::Even { start: 0.0, step: 1.0, length };
-        let slice = Slice {
-            name: String::new(),
-            topic: String::new(),
-            unit: None,
-            time: 0.0,
-            rows: side(2),
-            columns: side(2),
-            axes: [Heading::new("z", None), Heading::new("r", None)],
-            even: false,
-            values: vec![1.0, -1.0, 0.5, f64::NAN],
-            layers: Vec::new(),
-        };
+        let values = vec![1.0, -1.0, 0.5, f64::NAN];
+        let slice = Slice { rows: side(2), columns: side(2), values, ..Slice::default() };
         // pixels of half a unit: their middles are at 0.25, 0.75, 1.25, …
         let levels = raster(&slice, (3, 4), 0.5, 1.0);
         assert_eq!(levels[..4], [254, 2, 2, 128].map(canvas::colour));

@@ -302,17 +302,7 @@ fn offsets_in_circles() -> Vec<u8> {
 }
 
 fn entry_at(offset: u64) -> ChunkEntry {
-    let (channels, compression) = (Vec::new(), "");
-    ChunkEntry {
-        times: (0, 0),
-        offset,
-        length: 1,
-        channels,
-        index_length: 0,
-        compression,
-        compressed: 0,
-        uncompressed: 0,
-    }
+    ChunkEntry { offset, length: 1, ..ChunkEntry::default() }
 }
 
 /// A message in a chunk, with a forged summary.
