@@ -52,18 +52,22 @@ pub struct Npy<W: Write> {
     shape: Shape,
     room: usize,
     headings: Vec<Heading>,
-    columns: Vec<Vec<f64>>,
-    /// Columns of whole numbers, which doubles may not hold.
-    integers: Vec<Vec<i64>>,
-    has_gaps: Vec<bool>,
+    columns: Vec<Column>,
+}
+
+#[derive(Clone, Default)]
+struct Column {
+    numbers: Vec<f64>,
+    /// Of whole numbers, which doubles may not hold.
+    integers: Vec<i64>,
+    has_gaps: bool,
 }
 
 impl<W: Write> Npy<W> {
     /// Writes to `output`; keeps at most `memory` bytes.
     pub fn new(output: W, shape: Shape, memory: u64) -> Self {
         let room = usize::try_from(memory / 32).unwrap_or(usize::MAX);
-        let (headings, columns, integers, has_gaps) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { output, shape, room, headings, columns, integers, has_gaps }
+        Self { output, shape, room, headings: Vec::new(), columns: Vec::new() }
     }
 }
 
@@ -76,9 +80,7 @@ impl<W: Write> Sink for Npy<W> {
             )));
         }
         self.headings = headings.to_vec();
-        self.columns = vec![Vec::new(); headings.len()];
-        self.integers = vec![Vec::new(); headings.len()];
-        self.has_gaps = vec![false; headings.len()];
+        self.columns = vec![Column::default(); headings.len()];
         Ok(())
     }
 
@@ -88,16 +90,15 @@ impl<W: Write> Sink for Npy<W> {
                 "the table is larger than --max-memory; write CSV or Parquet, or choose less of it",
             )
         })?;
-        for (i, cell) in cells.iter().enumerate() {
+        for ((cell, column), heading) in cells.iter().zip(&mut self.columns).zip(&self.headings) {
             let number = match cell {
                 Cell::Bool(value) => Some(f64::from(u8::from(*value))),
                 other => other.number(),
             };
-            self.has_gaps[i] |= number.is_none();
-            self.columns[i].push(number.unwrap_or(f64::NAN));
-            if self.shape == Shape::Archive && matches!(self.headings[i].kind, CellType::Int | CellType::UInt)
-            {
-                self.integers[i].push(match cell {
+            column.has_gaps |= number.is_none();
+            column.numbers.push(number.unwrap_or(f64::NAN));
+            if self.shape == Shape::Archive && matches!(heading.kind, CellType::Int | CellType::UInt) {
+                column.integers.push(match cell {
                     Cell::Int(value) => *value,
                     // the same bits, to be written as unsigned
                     Cell::UInt(value) => *value as i64,
@@ -111,8 +112,8 @@ impl<W: Write> Sink for Npy<W> {
     fn end(&mut self) -> io::Result<()> {
         match self.shape {
             Shape::Matrix => {
-                let rows = self.columns.first().map_or(0, Vec::len);
-                let matrix = Array2::from_shape_fn((rows, self.columns.len()), |(i, j)| self.columns[j][i]);
+                let (columns, rows) = (&self.columns, self.columns.first().map_or(0, |x| x.numbers.len()));
+                let matrix = Array2::from_shape_fn((rows, columns.len()), |(i, j)| columns[j].numbers[i]);
                 matrix.write_npy(&mut self.output).map_err(io::Error::other)?;
             }
             Shape::Archive => {
@@ -127,26 +128,22 @@ impl<W: Write> Sink for Npy<W> {
 impl<W: Write> Npy<W> {
     fn archive(&self) -> Result<Vec<u8>, ndarray_npy::WriteNpzError> {
         let mut archive = NpzWriter::new(Cursor::new(Vec::new()));
-        for (i, heading) in self.headings.iter().enumerate() {
+        for (heading, column) in self.headings.iter().zip(&self.columns) {
             // a path in the archive has no leading separator
             let name = heading.name.trim_start_matches('/').replace('/', ".");
-            let column = &self.columns[i];
+            let Column { numbers, integers, has_gaps } = column;
             match heading.kind {
-                CellType::Int if !self.has_gaps[i] => {
-                    archive.add_array(name, &ArrayView1::from(self.integers[i].as_slice()))?;
-                }
-                CellType::UInt if !self.has_gaps[i] => {
-                    let unsigned: Array1<u64> = self.integers[i].iter().map(|&bits| bits as u64).collect();
-                    archive.add_array(name, &unsigned)?;
-                }
                 CellType::Float => {
-                    archive.add_array(name, &column.iter().map(|&x| x as f32).collect::<Array1<f32>>())?;
+                    archive.add_array(name, &numbers.iter().map(|&x| x as f32).collect::<Array1<f32>>())
                 }
-                CellType::Bool if !self.has_gaps[i] => {
-                    archive.add_array(name, &column.iter().map(|&x| x != 0.0).collect::<Array1<bool>>())?;
+                CellType::Int if !has_gaps => archive.add_array(name, &ArrayView1::from(integers.as_slice())),
+                CellType::UInt if !has_gaps => archive
+                    .add_array(name, &integers.iter().map(|&bits| bits as u64).collect::<Array1<u64>>()),
+                CellType::Bool if !has_gaps => {
+                    archive.add_array(name, &numbers.iter().map(|&x| x != 0.0).collect::<Array1<bool>>())
                 }
-                _ => archive.add_array(name, &ArrayView1::from(column.as_slice()))?,
-            }
+                _ => archive.add_array(name, &ArrayView1::from(numbers.as_slice())),
+            }?;
         }
         Ok(archive.finish()?.into_inner())
     }
