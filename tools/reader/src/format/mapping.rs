@@ -14,6 +14,7 @@ use crate::wire::dynamic;
 const MAX_DEPTH: usize = 16;
 
 /// A message as JSON.
+#[derive(Clone, Copy)]
 pub(crate) struct Mapped<'a> {
     pub(crate) message: &'a DynamicMessage,
     /// Memory of a decoded message \[bytes\].
@@ -26,15 +27,6 @@ impl<'a> Mapped<'a> {
     /// * `room`: memory of a decoded message \[bytes\]
     pub(crate) fn new(message: &'a DynamicMessage, room: usize) -> Self {
         Self { message, room, depth: 0 }
-    }
-
-    /// The same of a message inside.
-    fn inner(&self, message: &'a DynamicMessage) -> Self {
-        Self { message, ..*self }
-    }
-
-    fn part(&self, value: &'a Value, kind: &'a Kind) -> Part<'a> {
-        Part { value, kind, of: Self { ..*self } }
     }
 
     /// The form that the mapping has for a type of its own, if this message has it.
@@ -71,11 +63,11 @@ impl<'a> Mapped<'a> {
                 continue;
             }
             let (value, kind) = (self.message.get_field(&field), field.kind());
-            let of = Mapped { message: self.message, ..*self };
-            map.serialize_entry(field.name(), &Part { value: &value, kind: &kind, of })?;
+            map.serialize_entry(field.name(), &Part { value: &value, kind: &kind, of: *self })?;
         }
         for (extension, value) in self.message.extensions() {
-            map.serialize_entry(extension.json_name(), &self.part(value, &extension.kind()))?;
+            let kind = extension.kind();
+            map.serialize_entry(extension.json_name(), &Part { value, kind: &kind, of: *self })?;
         }
         Ok(())
     }
@@ -102,27 +94,26 @@ impl Serialize for Mapped<'_> {
                     return map.end();
                 }
             }
-            name if is_wrapper(name) => {
-                if let Some(field) = single("value") {
-                    let (value, kind) = (self.message.get_field(&field), field.kind());
-                    return self.inner(self.message).part(&value, &kind).serialize(serializer);
-                }
-            }
-            "google.protobuf.Struct" | "google.protobuf.ListValue" => {
-                if let Some(field) = single("fields").or_else(|| single("values")) {
-                    let (value, kind) = (self.message.get_field(&field), field.kind());
-                    return self.inner(self.message).part(&value, &kind).serialize(serializer);
-                }
-            }
             "google.protobuf.Value" => {
                 return match self.message.fields().next() {
                     Some((field, value)) if field.name() != "null_value" => {
-                        self.part(value, &field.kind()).serialize(serializer)
+                        Part { value, kind: &field.kind(), of: *self }.serialize(serializer)
                     }
                     _ => serializer.serialize_none(),
                 };
             }
-            _ => {}
+            name => {
+                let only = match name {
+                    "google.protobuf.Struct" | "google.protobuf.ListValue" => {
+                        single("fields").or_else(|| single("values"))
+                    }
+                    name => single("value").filter(|_| is_wrapper(name)),
+                };
+                if let Some(field) = only {
+                    let (value, kind) = (self.message.get_field(&field), field.kind());
+                    return Part { value: &value, kind: &kind, of: *self }.serialize(serializer);
+                }
+            }
         }
         let mut map = serializer.serialize_map(None)?;
         self.fields(&mut map)?;
@@ -145,6 +136,7 @@ fn is_own(name: &str) -> bool {
 }
 
 /// A value of a message.
+#[derive(Clone, Copy)]
 struct Part<'a> {
     value: &'a Value,
     kind: &'a Kind,
@@ -163,7 +155,7 @@ impl Part<'_> {
 
 impl Serialize for Part<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let of = |value| Part { value, kind: self.kind, of: Mapped { ..self.of } };
+        let of = |value| Part { value, ..*self };
         match self.value {
             Value::Bool(value) => serializer.serialize_bool(*value),
             Value::I32(value) => serializer.serialize_i32(*value),
@@ -182,14 +174,14 @@ impl Serialize for Part<'_> {
                     None => serializer.serialize_i32(*number),
                 }
             }
-            Value::Message(message) => self.of.inner(message).serialize(serializer),
+            Value::Message(message) => Mapped { message, ..self.of }.serialize(serializer),
             Value::List(list) => serializer.collect_seq(list.iter().map(of)),
             Value::Map(map) => {
                 let Kind::Message(entry) = self.kind else { return Err(S::Error::custom("no map")) };
                 let kind = entry.map_entry_value_field().kind();
                 let mut entries: Vec<_> = map.iter().collect();
                 entries.sort_by_key(|(key, _)| *key);
-                let part = |value| Part { value, kind: &kind, of: Mapped { ..self.of } };
+                let part = |value| Part { value, kind: &kind, of: self.of };
                 serializer.collect_map(entries.into_iter().map(|(key, value)| (text(key), part(value))))
             }
         }
