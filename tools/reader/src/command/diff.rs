@@ -21,8 +21,7 @@ use crate::{
     measured::Sources,
     recording::Limits,
     verb::{
-        Exit, Verb, by_extension, has_colour, print, print_document, print_painted, refuse_inputs,
-        say, write,
+        Exit, Verb, by_extension, has_colour, print, print_document, print_painted, refuse_inputs, say, write,
     },
 };
 

@@ -76,9 +76,8 @@ impl DiffWriter {
             };
             channels.insert(id, target);
         }
-        let entries = [("a", a.path.display().to_string()), ("b", b.path.display().to_string())];
-        let metadata =
-            entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
+        let entries = [("a", a), ("b", b)].map(|(key, of)| (key.to_owned(), of.path.display().to_string()));
+        let metadata = BTreeMap::from(entries);
         let record = Metadata { name: convention::DIFFERENCE.into(), metadata };
         writer.write_metadata(&record)?;
         Ok(Self { writer, channels, sequence: 0, room: a.limits().values() / 2 })
