@@ -140,12 +140,10 @@ impl Meter {
 
     /// The same where some elements are not finite, one by one.
     fn odd_elements(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
-        let mut sums = Sums::default();
         self.measure.scale.add(a);
         for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
             if x.is_finite() && y.is_finite() {
                 self.measure.sums.add(&Sums::of(x, y));
-                sums.add(&Sums::of(x, y));
             }
             self.measure.skipped += u64::from(self.nan.skips(x, y));
             if is_same(x, y) || self.nan.forgives(x, y) {
