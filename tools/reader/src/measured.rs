@@ -270,14 +270,16 @@ fn write(
         let log_time = (at * rate * 1e9).round().max(0.0) as u64;
         for (&channel_id, columns) in ids.iter().zip(channels.values()) {
             let mut data = Vec::new();
-            put_number(&mut data, 1, at);
+            encoding::double::encode(1, &at, &mut data);
             for (i, (column, _)) in columns.iter().enumerate() {
                 let tag = i as u32 + 2;
                 match (&table.columns[*column][row], kinds[*column]) {
                     (Cell::Empty, _) => {}
                     (Cell::Int(count), Type::Int64) => encoding::int64::encode(tag, count, &mut data),
                     (cell, Type::String) => encoding::string::encode(tag, &cell.to_string(), &mut data),
-                    _ => number(*column, row).into_iter().for_each(|value| put_number(&mut data, tag, value)),
+                    _ => number(*column, row)
+                        .into_iter()
+                        .for_each(|value| encoding::double::encode(tag, &value, &mut data)),
                 }
             }
             let header = MessageHeader { channel_id, sequence: row as u32, log_time, publish_time: log_time };
@@ -301,10 +303,6 @@ fn kind(heading: &Heading, cells: &[Cell]) -> Type {
     } else {
         Type::Double
     }
-}
-
-fn put_number(data: &mut Vec<u8>, tag: u32, value: f64) {
-    encoding::double::encode(tag, &value, data);
 }
 
 /// A number times a power of ten, rounded once: only whole powers are exact.
