@@ -110,15 +110,12 @@ impl Picker<'_> {
                     weight += columns.iter().map(Column::weight).sum::<usize>();
                     fields.extend(columns);
                 }
-                Err(error @ (SelectionError::NotACell { .. } | SelectionError::TooMany { .. })) => {
-                    left_out.push(error);
-                }
+                Err(error @ SelectionError::NotColumns(_)) => left_out.push(error),
                 Err(error) => return Err(error),
             }
             // as much as four messages may take is a quarter of all memory
             if fields.len() > MAX_TABLE || names > MAX_NAMES || weight > self.layout.room.saturating_mul(4) {
-                let (topic, columns) = (self.channel.topic.clone(), fields.len());
-                return Err(SelectionError::TooWide { topic, columns });
+                return Err(SelectionError::too_wide(&self.channel.topic, fields.len()));
             }
         }
         Ok((fields, left_out))
@@ -139,13 +136,15 @@ impl Picker<'_> {
         self.column(leaf, name, Take::Element { path, enumeration })
     }
 
-    fn refuse(&self, field: &str, what: &'static str, hint: impl Into<String>) -> SelectionError {
-        let (topic, field) = (self.channel.topic.clone(), field.into());
-        SelectionError::NotACell { topic, field, what, hint: hint.into() }
+    fn refuse(&self, field: &str, what: &str, hint: &str) -> SelectionError {
+        SelectionError::NotColumns(format!("`{field}` of `{}` is {what}; {hint}", self.channel.topic))
     }
 
-    fn too_many(&self, field: String, most: usize, example: String) -> SelectionError {
-        SelectionError::TooMany { topic: self.channel.topic.clone(), field, most, example }
+    fn too_many(&self, field: &str, most: usize, example: &str) -> SelectionError {
+        let topic = &self.channel.topic;
+        SelectionError::NotColumns(format!(
+            "`{field}` of `{topic}` has more than {most} elements; choose some with --at or --field {example}"
+        ))
     }
 
     /// All of a field: a scalar, or an array at the chosen positions, at its listed positions, or element by element.
@@ -172,10 +171,10 @@ impl Picker<'_> {
             let hint = format!(
                 "choose points, as in --at {column}=0,{row}=0; whole it is in an .npz of trace, at one time in export and plot"
             );
-            return Err(self.refuse(&field.path, "a matrix", hint));
+            return Err(self.refuse(&field.path, "a matrix", &hint));
         }
         if matches!(&axis, Axis::Listed(positions) if positions.len() > MAX_COLUMNS) {
-            return Err(self.too_many(field.path.clone(), MAX_COLUMNS, path.example()));
+            return Err(self.too_many(&field.path, MAX_COLUMNS, &path.example()));
         }
         let Some(places) = self.places(leaf, &axis) else { return self.elements(&path) };
         let column = |(i, place): (usize, &String)| {
@@ -232,7 +231,7 @@ impl Picker<'_> {
         let most = if path.has_keys() { MAX_ENTRIES } else { MAX_COLUMNS };
         let most = most.min(MAX_NAMES / name.len().max(1));
         if extent.length.max(extent.places.len()) > most {
-            return Err(self.too_many(name, most, path.example()));
+            return Err(self.too_many(&name, most, &path.example()));
         }
         if path.lists() == 1 && !path.has_keys() {
             let column = |i| self.element(path.at([Element::Number(i)]), None);
@@ -253,8 +252,7 @@ impl Picker<'_> {
             _ => {
                 let extent = (self.extent)(leaf);
                 if let Some(flaw) = extent.flaw {
-                    let topic = self.channel.topic.clone();
-                    return Err(SelectionError::Misplaced { topic, field: path.clone(), flaw });
+                    return Err(SelectionError::misplaced(&self.channel.topic, path, &flaw));
                 }
                 extent.reaches
             }
@@ -287,11 +285,11 @@ impl Picker<'_> {
             let side = reaches.get(i).map(|reach| &reach.side);
             let others: usize = at.coordinates.iter().map(|(_, values)| values.len()).product();
             let side = side.filter(|side| side.length().saturating_mul(others) <= MAX_COLUMNS);
-            let side = side.ok_or_else(|| SelectionError::Line {
-                topic: self.channel.topic.clone(),
-                field: path.clone(),
-                at: at.to_string(),
-                missing: (*name).into(),
+            let topic = &self.channel.topic;
+            let side = side.ok_or_else(|| {
+                SelectionError::Refused(format!(
+                    "`{path}` of `{topic}` at {at} is a line over {name}; choose places on it: --at {at},{name}=..."
+                ))
             })?;
             // at an interface a position stands for the upper side
             let places = (0..side.length()).filter(|&i| !side.is_below_interface(i)).map(|i| side.at(i));
@@ -300,7 +298,7 @@ impl Picker<'_> {
         let [(first, outer), (second, inner)] = coordinates.as_slice() else { return Ok(Vec::new()) };
         if outer.len().saturating_mul(inner.len()) > MAX_COLUMNS {
             let example = format!("{path}@{}=0,{}=0", names[0], names[1]);
-            return Err(self.too_many(path.clone(), MAX_COLUMNS, example));
+            return Err(self.too_many(path, MAX_COLUMNS, &example));
         }
         let (whole, even) =
             (<[Reach; 2]>::try_from(reaches).ok(), convention::is_even(&self.channel.metadata, path));
@@ -332,7 +330,7 @@ impl Picker<'_> {
                 return Ok(vec![column]);
             }
             let at: Positions =
-                at.parse().map_err(|error| SelectionError::Positions { field: text.into(), error })?;
+                at.parse().map_err(|error: String| SelectionError::Refused(format!("`{text}`: {error}")))?;
             if is_indexed {
                 return Err(self.refuse(text, "an element", "leave out its index or its position"));
             }
@@ -349,7 +347,7 @@ impl Picker<'_> {
                 0 => self.refuse(text, "not an array", "leave out the index"),
                 _ => {
                     let right = path.example();
-                    self.refuse(text, "an array at another part of its name", format!("write {right}"))
+                    self.refuse(text, "an array at another part of its name", &format!("write {right}"))
                 }
             });
         };

@@ -126,129 +126,24 @@ impl Used {
     }
 }
 
-/// Why a selection does not fit a channel.
+/// Why a selection does not fit a channel, in words.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum SelectionError {
-    /// There is no such field.
-    #[error("`{topic}` has no field `{field}`; it has {known}")]
-    UnknownField {
-        /// Topic.
-        topic: String,
-        /// Name asked for.
-        field: String,
-        /// Names that exist.
-        known: String,
-    },
-    /// The positions in the name of a field cannot be read.
-    #[error("`{field}`: {error}")]
-    Positions {
-        /// Name asked for.
-        field: String,
-        /// What is wrong.
-        error: String,
-    },
+    /// The channel has no such field, or no axis for these positions.
+    #[error("{0}")]
+    Absent(String),
+    /// Its messages are not decoded.
+    #[error("{0}")]
+    NotDecoded(String),
+    /// A field that is no columns, or too many: where all are asked for, it is left out.
+    #[error("{0}")]
+    NotColumns(String),
+    /// What is asked for is there, but cannot be had so.
+    #[error("{0}")]
+    Refused(String),
     /// Positions with a unit that is not recorded.
     #[error(transparent)]
     Unit(#[from] UnitError),
-    /// No field has the axes to choose positions on.
-    #[error("no array of `{topic}` has an axis named `{coordinate}` to choose positions on{known}")]
-    NoAxis {
-        /// Topic.
-        topic: String,
-        /// Coordinate asked for.
-        coordinate: String,
-        /// Those that exist, in words.
-        known: String,
-    },
-    /// A position lies outside an axis.
-    #[error(
-        "{coordinate}={position} lies outside `{field}` of `{topic}`, which reaches from {coordinate}={low} to \
-         {coordinate}={high}"
-    )]
-    Outside {
-        /// Topic.
-        topic: String,
-        /// Field.
-        field: String,
-        /// Coordinate.
-        coordinate: String,
-        /// Position asked for.
-        position: f64,
-        /// Least position in any message.
-        low: f64,
-        /// Greatest position in any message.
-        high: f64,
-    },
-    /// Positions on an axis that a message does not describe soundly.
-    #[error("`{field}` of `{topic}` {flaw}")]
-    Misplaced {
-        /// Topic.
-        topic: String,
-        /// Field.
-        field: String,
-        /// What is wrong with its places.
-        flaw: String,
-    },
-    /// Positions on one coordinate of a matrix, where the other would make too many columns.
-    #[error(
-        "`{field}` of `{topic}` at {at} is a line over {missing}; choose places on it: --at {at},{missing}=..."
-    )]
-    Line {
-        /// Topic.
-        topic: String,
-        /// Field.
-        field: String,
-        /// Positions asked for.
-        at: String,
-        /// Coordinate that is missing.
-        missing: String,
-    },
-    /// A field cannot be put into a cell.
-    #[error("`{field}` of `{topic}` is {what}; {hint}")]
-    NotACell {
-        /// Topic.
-        topic: String,
-        /// Field.
-        field: String,
-        /// What it is.
-        what: &'static str,
-        /// What to do.
-        hint: String,
-    },
-    /// An array would take too many columns.
-    #[error(
-        "`{field}` of `{topic}` has more than {most} elements; choose some with --at or --field {example}"
-    )]
-    TooMany {
-        /// Most that become columns.
-        most: usize,
-        /// Topic.
-        topic: String,
-        /// Field.
-        field: String,
-        /// Name of an element.
-        example: String,
-    },
-    /// All fields together would take too many columns.
-    #[error("the fields of `{topic}` take more than {columns} columns; choose some with --field")]
-    TooWide {
-        /// Topic.
-        topic: String,
-        /// Columns until it was given up.
-        columns: usize,
-    },
-    /// The messages cannot be decoded.
-    #[error(
-        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema and JSON are read"
-    )]
-    NotProtobuf {
-        /// Topic.
-        topic: String,
-        /// Encoding.
-        encoding: String,
-        /// Schema.
-        schema: String,
-    },
 }
 
 impl From<SelectionError> for Failure {
@@ -260,8 +155,10 @@ impl From<SelectionError> for Failure {
 impl SelectionError {
     /// The error of a channel whose messages are not decoded.
     pub(crate) fn not_decoded(channel: &Channel) -> Self {
-        let (topic, encoding) = (channel.topic.clone(), channel.encoding.clone());
-        Self::NotProtobuf { topic, encoding, schema: channel.schema.clone() }
+        let Channel { topic, encoding, schema, .. } = channel;
+        Self::NotDecoded(format!(
+            "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema and JSON are read"
+        ))
     }
 
     /// The error of positions that none of some channels has the axes for.
@@ -277,11 +174,12 @@ impl SelectionError {
             }
         }
         let names = |names: Vec<&str>| names.join("`, `");
-        Self::NoAxis {
-            topic: names(channels.iter().map(|channel| channel.topic.as_str()).collect()),
-            coordinate: names(at.coordinates.iter().map(|(name, _)| name.as_str()).collect()),
-            known: if known.is_empty() { String::new() } else { format!("; {}", known.join(", ")) },
-        }
+        let topic = names(channels.iter().map(|channel| channel.topic.as_str()).collect());
+        let coordinate = names(at.coordinates.iter().map(|(name, _)| name.as_str()).collect());
+        let known = if known.is_empty() { String::new() } else { format!("; {}", known.join(", ")) };
+        Self::Absent(format!(
+            "no array of `{topic}` has an axis named `{coordinate}` to choose positions on{known}"
+        ))
     }
 
     /// Refuses positions outside an axis.
@@ -298,14 +196,13 @@ impl SelectionError {
             false => format!("{x:.8e}").parse().unwrap_or(x),
         };
         match positions.iter().find(|position| !reach.holds(**position)) {
-            Some(&position) => Err(Self::Outside {
-                topic: topic.into(),
-                field: field.into(),
-                coordinate: coordinate.into(),
-                position,
-                low: short(reach.low),
-                high: short(reach.high),
-            }),
+            Some(&position) => {
+                let (low, high) = (short(reach.low), short(reach.high));
+                Err(Self::Refused(format!(
+                    "{coordinate}={position} lies outside `{field}` of `{topic}`, which reaches from {coordinate}={low} to \
+                     {coordinate}={high}"
+                )))
+            }
             None => Ok(()),
         }
     }
@@ -314,7 +211,22 @@ impl SelectionError {
     pub(crate) fn unknown_field(channel: &Channel, field: &str) -> Self {
         let leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
         let known: Vec<&str> = leaves.filter(|leaf| leaf.is_data()).map(|leaf| leaf.path.as_str()).collect();
-        Self::UnknownField { topic: channel.topic.clone(), field: field.into(), known: known.join(", ") }
+        let (topic, known) = (&channel.topic, known.join(", "));
+        Self::Absent(format!("`{topic}` has no field `{field}`; it has {known}"))
+    }
+
+    /// The error of positions on an axis that a message does not describe soundly.
+    pub(crate) fn misplaced(topic: &str, field: &str, flaw: &str) -> Self {
+        Self::Refused(format!("`{field}` of `{topic}` {flaw}"))
+    }
+
+    /// The error of fields that together take too many columns.
+    ///
+    /// * `columns`: until it was given up
+    pub(crate) fn too_wide(topic: &str, columns: usize) -> Self {
+        Self::Refused(format!(
+            "the fields of `{topic}` take more than {columns} columns; choose some with --field"
+        ))
     }
 }
 

@@ -66,7 +66,7 @@ pub(super) fn over_time(
 
 /// How far the arrays of a channel reach, and the times of its messages in a window with their numbers.
 fn read(recording: &Recording, id: u16, window: Window) -> Result<(Extents, Vec<(f64, u64)>), Failure> {
-    window.check(&recording.channels[&id]).map_err(SelectionError::from)?;
+    window.check(&recording.channels[&id])?;
     let (mut known, mut number) = (Vec::new(), 0);
     let mut reading = Reading::of(recording, &[id]);
     let mut pass = Pass::over(recording, Window::default());

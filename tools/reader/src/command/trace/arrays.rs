@@ -75,7 +75,7 @@ pub fn arrays(
     let channel = &recording.channels[&id];
     let Some(layout) = channel.layout.as_deref() else { return Ok(None) };
     let Some(leaves) = chosen(channel, layout, &request.selection.fields) else { return Ok(None) };
-    request.window.check(channel).map_err(SelectionError::from)?;
+    request.window.check(channel)?;
     let extents = Extents::read(&recording, &[id])?;
     let field = |&leaf: &usize| ArrayField::of(channel, layout, leaf, &extents.of(id, leaf), &request.units);
     let mut fields = leaves.iter().map(field).collect::<Result<Vec<_>, _>>()?;
@@ -150,13 +150,9 @@ impl ArrayField {
         units: &Units,
     ) -> Result<Self, Failure> {
         let path = &layout.leaves[leaf].path;
-        let misplaced = |flaw: String| SelectionError::Misplaced {
-            topic: channel.topic.clone(),
-            field: path.clone(),
-            flaw,
-        };
+        let misplaced = |flaw: &str| SelectionError::misplaced(&channel.topic, path, flaw);
         if let Some(flaw) = &extent.flaw {
-            return Err(misplaced(flaw.clone()).into());
+            return Err(misplaced(flaw).into());
         }
         let axis = Axis::of(leaf, layout, channel);
         let names = axis.coordinates();
@@ -164,7 +160,7 @@ impl ArrayField {
         let sides: Vec<(String, Side)> =
             reached.map(|(name, reach)| (channel.along(name).to_owned(), reach.side.clone())).collect();
         if sides.len() != names.len() {
-            return Err(misplaced("has no places along its axis in any message".into()).into());
+            return Err(misplaced("has no places along its axis in any message").into());
         }
         let numbers = match layout.leaves[leaf].kind {
             Type::UInt => Numbers::Whole(Vec::new()),
@@ -194,9 +190,8 @@ impl ArrayField {
             && pairs.all(|(side, (_, whole))| begins(whole, side))
             && (self.sides.is_empty() || lengths.iter().product::<usize>() == list.len());
         if !is_whole {
-            let flaw = "has its elements at other places in some messages; choose positions with --at".into();
-            let (topic, field) = (channel.topic.clone(), self.name.clone());
-            return Err(SelectionError::Misplaced { topic, field, flaw }.into());
+            let flaw = "has its elements at other places in some messages; choose positions with --at";
+            return Err(SelectionError::misplaced(&channel.topic, &self.name, flaw).into());
         }
         let (rows, columns) = match self.sides.as_slice() {
             [(_, rows), (_, columns)] => (rows.length(), columns.length()),

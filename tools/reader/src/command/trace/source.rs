@@ -77,13 +77,13 @@ impl Traced {
                 false => Some(request.selection.clone()),
             };
             let Some(selection) = selection else { continue };
-            request.window.check(channel).map_err(SelectionError::from)?;
+            request.window.check(channel)?;
             let Columns { time, fields, left_out } = columns(channel, &selection, &mut extent)?;
             all_left_out.extend(left_out);
             width += fields.len();
             weight += fields.iter().map(Column::weight).sum::<usize>();
             if width > MAX_TABLE || weight > 2 * limits.kept() {
-                return Err(SelectionError::TooWide { topic: channel.topic.clone(), columns: width }.into());
+                return Err(SelectionError::too_wide(&channel.topic, width).into());
             }
             slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields, chosen: None });
         }
@@ -163,9 +163,9 @@ fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<
         let selection = Selection { fields: fields.to_vec(), at: at.to_vec(), for_curves };
         match columns(channel, &selection, &mut |_| Extent::default()) {
             Ok(_) => true,
-            Err(SelectionError::UnknownField { .. } | SelectionError::NoAxis { .. }) => false,
+            Err(SelectionError::Absent(_)) => false,
             // there, but refused: that is reported
-            Err(error) => !matches!(error, SelectionError::NotProtobuf { .. }),
+            Err(error) => !matches!(error, SelectionError::NotDecoded(_)),
         }
     };
     let mut fields = Vec::new();
