@@ -5,25 +5,6 @@ use mcap::{
     records::{Record, op},
 };
 
-/// Why a record cannot be parsed.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum ParseError {
-    /// A length that leads out of the record.
-    #[error("a length inside a record goes beyond its end")]
-    Length,
-    /// More entries than there is memory for.
-    #[error("a record with {entries} entries takes more memory than its limit of {limit} (--max-memory)")]
-    Entries {
-        /// Keys and values.
-        entries: usize,
-        /// Memory for a record \[bytes\].
-        limit: usize,
-    },
-    /// The parser refuses it.
-    #[error(transparent)]
-    Record(#[from] McapError),
-}
-
 /// Memory of an entry of a map of texts, besides its bytes: its place in a tree, a key and a value of their own \[bytes\].
 const ENTRY: usize = 160;
 
@@ -90,24 +71,23 @@ fn entries(opcode: u8, mut bytes: &[u8]) -> Option<usize> {
     Some(entries)
 }
 
-/// Parses the content of a record.
+/// Parses the content of a record, or says in words why that cannot be.
 ///
 /// * `limit`: memory that it may take \[bytes\]
-pub(crate) fn parse(opcode: u8, data: &[u8], limit: usize) -> Result<Record<'_>, ParseError> {
-    let entries = entries(opcode, data).ok_or(ParseError::Length)? / 2;
+pub(crate) fn parse(opcode: u8, data: &[u8], limit: usize) -> Result<Record<'_>, String> {
+    let entries = entries(opcode, data).ok_or_else(|| explain(&McapError::UnexpectedEof))? / 2;
     if entries.saturating_mul(ENTRY) > limit {
-        return Err(ParseError::Entries { entries, limit });
+        return Err(format!(
+            "a record with {entries} entries takes more memory than its limit of {limit} (--max-memory)"
+        ));
     }
-    mcap::parse_record(opcode, data).map_err(|error| match error {
-        McapError::UnexpectedEof => ParseError::Length,
-        error => error.into(),
-    })
+    mcap::parse_record(opcode, data).map_err(|error| explain(&error))
 }
 
-/// An error in the content of a chunk, in words.
+/// An error in a record or in the content of a chunk, in words.
 pub(super) fn explain(error: &McapError) -> String {
     match error {
-        McapError::UnexpectedEof => ParseError::Length.to_string(),
+        McapError::UnexpectedEof => "a length inside a record goes beyond its end".into(),
         other => other.to_string(),
     }
 }

@@ -381,7 +381,7 @@ impl Scan {
                         let found = FileRecord { offset, inside: Some(start), record, left_out: None };
                         return take.take().map(|take| take(found));
                     }
-                    Err(error) => Some(error.to_string()),
+                    Err(reason) => Some(reason),
                 }
             }
             Some(Err(error)) => Some(explain(&error)),
@@ -407,10 +407,10 @@ impl Scan {
         let record = match parse(opcode, &self.body, self.limits.record()) {
             Ok(Record::Chunk { header, .. }) => Record::Chunk { header, data: Cow::Borrowed(&[]) },
             Ok(record) => record,
-            Err(error) => {
+            Err(reason) => {
                 // that of a chunk is reported once it is decompressed
                 if opcode != op::CHUNK {
-                    self.damage(offset, PREFIX + self.body.len() as u64, error.to_string());
+                    self.damage(offset, PREFIX + self.body.len() as u64, reason);
                 }
                 return None;
             }
