@@ -107,15 +107,8 @@ pub(crate) fn typed<'a>(
 
 /// A unit was typed where numbers that are recorded have another, or none.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{what} of `{topic}` {recorded}; write numbers without a unit")]
-pub struct UnitError {
-    /// Topic.
-    topic: String,
-    /// What has the numbers: times, or a coordinate.
-    what: String,
-    /// The unit in words.
-    recorded: String,
-}
+#[error("{0}; write numbers without a unit")]
+pub struct UnitError(String);
 
 impl From<UnitError> for Failure {
     fn from(error: UnitError) -> Self {
@@ -125,6 +118,8 @@ impl From<UnitError> for Failure {
 
 impl UnitError {
     /// Refuses typed units for numbers that are not recorded in their base unit.
+    ///
+    /// * `what`: has the numbers, times or a coordinate
     pub(crate) fn check(
         is_typed: bool,
         Unit { si: base, .. }: Unit,
@@ -142,7 +137,7 @@ impl UnitError {
             Some(unit) => format!("are in {unit}"),
             None => "are recorded without a unit".into(),
         };
-        Err(Self { topic: topic.into(), what: what.into(), recorded })
+        Err(Self(format!("{what} of `{topic}` {recorded}")))
     }
 }
 
