@@ -61,35 +61,17 @@ impl Converted {
 }
 
 /// Something that was to be compared and could not be. To call it equal would be no answer.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Gap {
     /// No value at all was compared.
     #[error("nothing was compared: {0}")]
     Nothing(String),
     /// Both recordings have messages, at times of which none is in both.
-    #[error(
-        "`{topic}`: no time in common: {} messages from {} to {}, {} from {} to {} in the new recording; --align relative \
-         counts times from the start of each recording",
-        messages[0], spans[0].0, spans[0].1, messages[1], spans[1].0, spans[1].1
-    )]
-    Apart {
-        /// Topic.
-        topic: String,
-        /// Messages of reference and new recording.
-        messages: [u64; 2],
-        /// First and last time of both.
-        spans: [(f64, f64); 2],
-    },
+    #[error("{0}; --align relative counts times from the start of each recording")]
+    Apart(String),
     /// Arrays of a field have no part of their axes in common.
-    #[error("`{topic}.{field}`: the axes of its arrays have no part in common, in none of {samples} samples")]
-    Elsewhere {
-        /// Topic.
-        topic: String,
-        /// Path of the field.
-        field: String,
-        /// Samples.
-        samples: u64,
-    },
+    #[error("{0}")]
+    Elsewhere(String),
 }
 
 impl Comparison {
@@ -276,18 +258,24 @@ impl ChannelReport {
 
     /// What was to be compared and could not be.
     pub fn gaps(&self) -> impl Iterator<Item = Gap> {
-        let topic = || self.topic.clone();
+        let Self { topic, messages: [count_a, count_b], .. } = self;
         let apart = match self.spans {
-            [Some(a), Some(b)] if self.is_apart() => {
-                Some(Gap::Apart { topic: topic(), messages: self.messages, spans: [a, b] })
-            }
+            [Some((from_a, to_a)), Some((from_b, to_b))] if self.is_apart() => Some(Gap::Apart(format!(
+                "`{topic}`: no time in common: {count_a} messages from {from_a} to {to_a}, {count_b} from {from_b} to {to_b} in \
+                 the new recording"
+            ))),
             _ => None,
         };
         let elsewhere = move |field: &FieldReport| {
             let measure = &field.measure;
             let samples = measure.apart;
             let is_gap = !field.ignored && measure.elements == 0 && samples > 0;
-            is_gap.then(|| Gap::Elsewhere { topic: topic(), field: field.path.clone(), samples })
+            let path = &field.path;
+            is_gap.then(|| {
+                Gap::Elsewhere(format!(
+                    "`{topic}.{path}`: the axes of its arrays have no part in common, in none of {samples} samples"
+                ))
+            })
         };
         apart.into_iter().chain(self.fields.iter().filter_map(elsewhere))
     }

@@ -204,7 +204,7 @@ fn list(text: &mut String, lines: impl ExactSizeIterator<Item = String>) {
 pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
     let mut remarks: Vec<String> = alone(channel).filter(|_| !channel.common).collect();
-    let apart = channel.gaps().filter(|gap| matches!(gap, Gap::Apart { .. }));
+    let apart = channel.gaps().filter(|gap| matches!(gap, Gap::Apart(_)));
     remarks.extend(apart.map(|gap| gap.to_string()));
     remarks.extend(channel.hint.map(|hint| hint.to_string()));
     if channel.undecoded > 0 {
