@@ -44,12 +44,12 @@ fn error(model: ModelKind, geometry: Geometry, cells: usize, [from, to]: [f64; 2
 
 #[test]
 fn slopes_of_the_drag_on_layers_are_static_stiffnesses() {
-    // measured 1.9e-4, −8.6e-4, −1.8e-4, 5.0e-4
+    // measured 4.4e-4, −6.3e-4, 7.2e-4, 4.8e-4
     let cases = [
         (ModelKind::Rakhmatulin, Geometry::Axisymmetric, 12, [30.0, 60.0]),
         (ModelKind::Rakhmatulin, Geometry::Plane, 12, [60.0, 100.0]),
-        (ModelKind::Elastic, Geometry::Axisymmetric, 16, [20.0, 40.0]),
-        (ModelKind::Elastic, Geometry::Plane, 12, [20.0, 40.0]),
+        (ModelKind::Elastic, Geometry::Axisymmetric, 24, [20.0, 40.0]),
+        (ModelKind::Elastic, Geometry::Plane, 12, [40.0, 80.0]),
     ];
     cases.into_par_iter().for_each(|(model, geometry, cells, span)| {
         let error = error(model, geometry, cells, span);
