@@ -262,7 +262,7 @@ pub struct Body {
     pub radius: Option<f64>,
     /// Mass M \[πγR³; plane, of the half x ≥ 0, γR²\], may be infinite.
     pub mass: f64,
-    /// Material, if it is named: how far the body is from rigid, see [`crate::rigidity`].
+    /// Material, if it is named: how far the body is from rigid, see [`crate::advice::rigidity`].
     pub material: Option<&'static Preset>,
 }
 
