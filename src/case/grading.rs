@@ -6,7 +6,8 @@
 //! gets there, which takes a logarithm of cells.
 
 use super::{
-    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, keys::GRADED, sizes::MAX_NODES, values::Values,
+    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, keys::GRADED, sizes::MAX_NODES,
+    values::Values,
 };
 use crate::{
     contact::Rule,
@@ -29,10 +30,6 @@ const MARGIN: f64 = 8.0;
 const CELLS: i64 = 100;
 /// Slack for lengths that are sums of cells but for rounding.
 const ROUNDING: f64 = 1e-9;
-
-
-pub(super) const GRADED: [&str; 5] =
-    ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
 
 /// Chooses between a graded mesh and one of equal cells.
 pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
@@ -214,7 +211,7 @@ impl Parameters {
             steps: steps as u64,
             nr,
             nz: rows - 1,
-            outer_radius: widths[..nr].iter().sum::<f64>() - 0.5 * first,
+            outer_radius: widths.iter().sum::<f64>() - 0.5 * first,
             depth,
             contact_reach,
             strained: rows,
@@ -243,46 +240,176 @@ impl Parameters {
             let by_pulse =
                 self.contact_time().map_or(f64::INFINITY, |time| layer.waves.shear * time / ROWS_PER_CONTACT);
             let largest = grading.largest.unwrap_or(by_pulse).max(first).max(least);
-            let growth = Growth { first, near: grading.near[1], ratio: grading.ratio, largest };
-            size = size.min(largest).max(least);
             let is_last = number + 1 == computed.len();
-            let overhang = if is_last { self.target.back.overhang() } else { 0.0 };
-            let mut heights = Vec::new();
-            let mut depth = 0.0;
-            let thickness = layer.thickness.unwrap_or(run + MARGIN * first);
-            while depth < thickness * (1.0 - ROUNDING) {
-                size = growth.size(top + depth, size).max(least);
-                heights.push(size);
-                depth += size;
-            }
-            if let Some(thickness) = layer.thickness {
-                // one row less, stretched; rows enough for the scheme
-                let rows = (heights.len() - 1).max(FEWEST_ROWS);
-                let is_thin = heights.len() <= FEWEST_ROWS;
-                if is_thin {
-                    heights = vec![thickness / (rows as f64 + overhang); rows];
-                } else {
-                    heights.truncate(rows);
-                    let length: f64 = heights.iter().sum::<f64>() + overhang * heights[rows - 1];
-                    let stretch = thickness / length;
-                    // over a free back half a row may be missing
-                    let stretch = if stretch * heights.iter().fold(f64::INFINITY, |a, b| a.min(*b)) < least {
-                        heights.pop();
-                        let rows = heights.len();
-                        thickness / (heights.iter().sum::<f64>() + overhang * heights[rows - 1])
-                    } else {
-                        stretch
-                    };
-                    heights.iter_mut().for_each(|height| *height *= stretch);
-                }
-                size = heights[heights.len() - 1];
-                top += thickness;
-            }
+            let rows = Rows {
+                growth: Growth {
+                    first: first.max(least),
+                    near: grading.near[1],
+                    ratio: grading.ratio,
+                    largest,
+                },
+                top,
+                before: size.min(largest).max(least),
+                overhang: if is_last { self.target.back.overhang() } else { 0.0 },
+            };
+            let heights = match layer.thickness {
+                Some(thickness) => rows.through(thickness),
+                None => rows.sizes(grading.ratio, |_, depth| depth < run + MARGIN * first),
+            };
+            size = heights[heights.len() - 1];
+            top += layer.thickness.unwrap_or_default();
             all.push(heights);
         }
         all
     }
 }
 
+/// Rows of a layer.
+struct Rows {
+    growth: Growth,
+    /// Depth of its upper face \[R\].
+    top: f64,
+    /// Height of the row above it, as far as the layer can have it \[R\].
+    before: f64,
+    /// What lies below the last row, in rows.
+    overhang: f64,
+}
+
+impl Rows {
+    /// Heights with a ratio.
+    ///
+    /// * `goes_on`: below so many rows, so deep in the layer
+    fn sizes(&self, ratio: f64, goes_on: impl Fn(usize, f64) -> bool) -> Vec<f64> {
+        let growth = Growth { ratio, ..self.growth };
+        let (mut heights, mut depth, mut size) = (Vec::new(), 0.0, self.before);
+        while goes_on(heights.len(), depth) {
+            size = growth.size(self.top + depth, size);
+            heights.push(size);
+            depth += size;
+        }
+        heights
+    }
+
+    /// Thickness of so many rows.
+    fn thickness(&self, heights: &[f64]) -> f64 {
+        heights.iter().sum::<f64>() + self.overhang * heights[heights.len() - 1]
+    }
+
+    /// Heights that are a thickness together: of the least number of rows that reach it, with a ratio that is a little smaller, so that those near the
+    /// contact are what they would be; where that is not enough, of one row less, stretched.
+    fn through(&self, thickness: f64) -> Vec<f64> {
+        let needed = thickness * (1.0 - ROUNDING);
+        let with = |ratio: f64, count: usize| self.sizes(ratio, |rows, _| rows < count);
+        let mut count = self.sizes(self.growth.ratio, |_, depth| depth < needed).len().max(FEWEST_ROWS);
+        while count > FEWEST_ROWS && self.thickness(&with(self.growth.ratio, count - 1)) >= needed {
+            count -= 1;
+        }
+        if self.thickness(&with(1.0, count)) < needed {
+            let [mut low, mut high] = [1.0, self.growth.ratio];
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let end = if self.thickness(&with(middle, count)) < thickness { &mut low } else { &mut high };
+                *end = middle;
+            }
+            return with(high, count);
+        }
+        let fits = self.thickness(&with(1.0, count)) <= thickness * (1.0 + ROUNDING);
+        let count = if fits || count == FEWEST_ROWS { count } else { count - 1 };
+        let mut heights = with(1.0, count);
+        let stretch = thickness / self.thickness(&heights);
+        heights.iter_mut().for_each(|height| *height *= stretch);
+        heights
+    }
+}
+
 /// Largest number of nodes of the near zone.
 const NEAR_NODES: f64 = 1e7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+
+    const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"20 mm\"\nmaterial = \"glass\"\n[indenter]\n\
+        shape = \"sphere\"\nnose_radius = \"5 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"1 m/s\"\n\
+        [run]\nend_time = \"45 us\"\n";
+
+    #[test]
+    fn layers_have_their_thickness_and_cells_are_what_is_asked_for() {
+        let armour = |settings: &[&str]| Case::sound("laminate-armour", settings);
+        let cases = [
+            Case::sound(BALL, &[]),
+            Case::sound(BALL, &["target.back=free"]),
+            Case::sound(BALL, &["target.thickness=\"1.1 mm\"", "target.back=free", "mesh.contact_cells=9"]),
+            Case::sound(BALL, &["mesh.grading=1.5", "mesh.near_depth=\"0.1 mm\""]),
+            Case::sound(BALL, &["mesh.grading=1.0", "target.thickness=\"2 mm\"", "run.end_time=\"1 us\""]),
+            armour(&[]),
+            armour(&["target.layer.2.thickness=\"0.01 mm\"", "mesh.contact_cells=8"]),
+        ];
+        for case in cases {
+            let (grading, sizes) = (case.mesh.grading.expect("a graded mesh"), &case.sizes);
+            let GradedSizes { widths, heights } = sizes.graded.as_ref().expect("cells");
+            for ((layer, heights), rows) in case.target.computed().iter().zip(heights).zip(&sizes.layers) {
+                let last = heights[heights.len() - 1];
+                let thickness = heights.iter().sum::<f64>() + rows.overhang * last;
+                let given = layer.thickness.expect("a layer");
+                assert!((thickness / given - 1.0).abs() < 1e-9, "{thickness} {given}");
+                assert!(heights.len() >= FEWEST_ROWS);
+                let least = layer.wave_speed * sizes.dt * (1.0 - ROUNDING);
+                assert!(heights.iter().all(|height| *height >= least), "{heights:?}");
+                let grows = |pair: &[f64]| pair[1] <= pair[0] * grading.ratio * (1.0 + ROUNDING);
+                assert!(heights.windows(2).all(grows), "{heights:?}");
+            }
+            let contact = 2.0 * case.likely_radius() / grading.contact_cells as f64;
+            assert!(widths[0] == sizes.dr && (widths[0] / contact - 1.0).abs() < 1e-12);
+            assert!(widths.windows(2).all(|pair| pair[1] <= pair[0] * grading.ratio * (1.0 + ROUNDING)));
+            // a complete case has the same mesh
+            let again = Case::sound(&case.resolved_toml(), &[]);
+            assert_eq!(again.sizes, case.sizes);
+        }
+    }
+
+    #[test]
+    fn each_way_to_say_how_fine_a_mesh_is_takes_the_place_of_the_other() {
+        let density = |text: &str, settings: &[&str]| Case::sound(text, settings).mesh.density();
+        assert_eq!(density(BALL, &[]), ("mesh.contact_cells", 20));
+        assert_eq!(density(BALL, &["mesh.cells=30"]), ("mesh.cells", 30));
+        let complete = Case::sound(BALL, &[]).resolved_toml();
+        assert_eq!(density(&complete, &["mesh.cells=30"]), ("mesh.cells", 30));
+        let equal = format!("{BALL}[mesh]\ncells = 40\n");
+        assert_eq!(density(&equal, &[]), ("mesh.cells", 40));
+        assert_eq!(density(&equal, &["mesh.contact_cells=12"]), ("mesh.contact_cells", 12));
+        // what has fronts, and the simplified theory, have equal cells unless they are asked
+        let flat = ["indenter.shape=flat", "indenter.radius=\"5 mm\"", "indenter.mass=\"5 g\""];
+        for case in ["fig5", "elastic-fig5", "elastic-fig2-prescribed"] {
+            assert_eq!(density(case, &[]).0, "mesh.cells", "{case}");
+        }
+        let text = BALL.replace("nose_radius = \"5 mm\"\nmaterial = \"steel\"\n", "");
+        assert_eq!(density(&text, &flat).0, "mesh.cells");
+    }
+
+    #[test]
+    fn meshes_that_cannot_be_are_refused() {
+        let error = |settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+            let errors = Case::parse("ball", BALL, &settings, "".as_ref()).expect_err("a refusal");
+            format!("{errors:?}")
+        };
+        for (settings, says) in [
+            (&["mesh.grading=0.9"][..], "mesh.grading"),
+            (&["mesh.grading=2.5"], "mesh.grading"),
+            (&["model=rakhmatulin", "mesh.contact_cells=20"], "elastic"),
+            (&["mesh.cells=30", "mesh.grading=1.1"], "equal cells"),
+            (&["mesh.near_depth=\"30 mm\""], "below the target"),
+            (&["mesh.near_radius=\"3 m\""], "beyond the mesh"),
+            (&["mesh.contact_cells=9000"], "near zone"),
+        ] {
+            let error = error(settings);
+            assert!(error.contains(says), "{settings:?}: {error}");
+        }
+        let both = format!("{BALL}[mesh]\ncells = 30\ncontact_cells = 20\n");
+        let error = Case::parse("ball", &both, &[], "".as_ref()).expect_err("a refusal");
+        let error = format!("{error:?}");
+        assert!(error.contains("both given"), "{error}");
+    }
+}

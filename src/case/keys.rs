@@ -321,7 +321,9 @@ pub(super) const SECTIONS: [Section; 6] = [
                 .left_out("20 for a physical case without `cells` whose head spreads its contact")
                 .only(ELASTIC)
                 .means(
-                    "cells across the diameter of the largest contact, which Hertz estimates, under a flat punch across the punch; the                      mesh is graded: beyond the contact cells grow. In `--set` and `--vary` it takes the place of `cells`, and `cells`                      that of it",
+                    "cells across the diameter of the largest contact, which Hertz estimates, under a flat punch across the punch; the \
+                     mesh is graded: beyond the contact cells grow. In `--set` and `--vary` it takes the place of `cells`, and `cells` \
+                     that of it",
                 ),
             key("grading", Kind::Number(Bounds::within(1.0, 2.0), "1"))
                 .left_out("1.05")

@@ -317,7 +317,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
-        out.put(&(self.cone.state(), self.peaks, &self.torn))?;
+        out.put(&(self.cone.state(), self.peaks, &self.torn, &self.tractions))?;
         for level in [&self.before, &self.now] {
             level
                 .iter()
@@ -329,7 +329,9 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
         let cone: ConeState;
-        (self.level, (cone, self.peaks, self.torn)) = (step, from.get()?);
+        let shown = self.tractions.len();
+        (self.level, (cone, self.peaks, self.torn, self.tractions)) = (step, from.get()?);
+        StateError::unless(self.tractions.len() == shown, "number of interfaces", self.tractions.len())?;
         self.cone.set(step as usize, cone)?;
         StateError::unless(
             self.torn.len() + 1 == self.grid.layers.len(),

@@ -87,7 +87,7 @@ fn run(theory: (&str, &str, usize), adhesive: f64, back: &str) -> Result<Run, Fa
     let layers = case.target.layers.iter().zip(&grid.layers).map(|(layer, rows)| Layer {
         name: layer.name.clone(),
         top: 1e3 * length.of(rows.top),
-        bottom: 1e3 * length.of(rows.z(rows.last())),
+        bottom: 1e3 * length.of(grid.z(rows.last())),
     });
     let diagram = Image {
         title: format!("Stress on the axis, {}, {back} back", theory.0),

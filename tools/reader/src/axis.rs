@@ -209,9 +209,14 @@ pub(crate) fn is_near(x: f64, y: f64) -> bool {
     x == y || (x - y).abs() <= ROUNDING * x.abs().max(y.abs())
 }
 
+/// True if the first of listed positions is half a step from an axis, as the first column of a graded mesh: between both it is the value there.
+pub(crate) fn is_beside_axis(positions: &[f64]) -> bool {
+    matches!(positions, [first, second, ..] if (second - 3.0 * first).abs() <= 1e-9 * second.abs())
+}
+
 /// The element of a side at or before a position, and the share of the next: never of two on both sides of an interface.
 ///
-/// Up to half a step beyond the first and last element there is nothing but these; of listed positions up to half a step before the first.
+/// Up to half a step beyond the first and last element there is nothing but these; of listed positions nothing but what is beside the axis.
 ///
 /// * `is_lower`: of two elements at this position, on the two sides of an interface, the second is meant
 pub(crate) fn find(side: &Side, (position, is_lower): (f64, bool)) -> Option<(usize, f64)> {
@@ -232,10 +237,7 @@ pub(crate) fn find(side: &Side, (position, is_lower): (f64, bool)) -> Option<(us
                 return Some((if is_lower { next - 1 } else { first }, 0.0));
             }
             let Some(before) = next.checked_sub(1) else {
-                // between the axis and the first column
-                let (start, second) = (*positions.first()?, *positions.get(1)?);
-                let reach = (0.5 + ROUNDING) * (second - start);
-                return (start - position <= reach).then_some((0, 0.0));
+                return (is_beside_axis(positions) && position >= 0.0).then_some((0, 0.0));
             };
             let (from, to) = (positions[before], *positions.get(next)?);
             Some((before, (position - from) / (to - from)))

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use percuss_picture::Side;
 
 use crate::{
-    axis::{Axis, between, is_near},
+    axis::{Axis, between, is_beside_axis, is_near},
     channel::Channel,
     failure::Failure,
     messages::Recording,
@@ -22,7 +22,7 @@ pub const MAX_COLUMNS: usize = 10_000;
 /// The positions that an array reaches in any message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
-    /// Least position: half a step before the first element; the first that is listed.
+    /// Least position: half a step before the first element; the first that is listed, or the axis beside it.
     pub low: f64,
     /// Greatest position: half a step beyond the last element; the last that is listed.
     pub high: f64,
@@ -39,6 +39,9 @@ impl Reach {
                 (start - 0.5 * step, start + (*length as f64 - 0.5) * step)
             }
             Side::Even { .. } => return None,
+            Side::Listed(positions) if is_beside_axis(positions) => {
+                (0.0, positions.iter().copied().reduce(f64::max)?)
+            }
             Side::Listed(positions) => {
                 let positions = positions.iter().copied();
                 (positions.clone().reduce(f64::min)?, positions.reduce(f64::max)?)

@@ -2,13 +2,15 @@
 
 use super::*;
 use crate::{
+    axis::between,
     channel::Channel,
-    extent::Extent,
+    extent::{Extent, Reach},
     wire::{
         Layout,
         schema::tests::{field, file, message},
     },
 };
+use percuss_picture::Side;
 use prost_reflect::prost_types::{
     FieldDescriptorProto, FileDescriptorSet,
     field_descriptor_proto::{Label, Type},
@@ -81,6 +83,18 @@ fn listed_axes_are_interpolated_inside() {
     let outside = Selection { at: vec!["r=1.1".parse().expect("positions")], ..Selection::default() };
     let error = columns(&listed, &outside, &mut |_| Extent::default()).expect_err("outside");
     assert!(error.to_string().contains("from r=0 to r=1"), "{error}");
+}
+
+#[test]
+fn columns_of_a_graded_mesh_reach_to_the_axis() {
+    let (side, p) = (Side::Listed([0.05, 0.15, 0.3].into()), [1.0, 2.0, 4.0]);
+    let at = |even, r| between(&side, even, (r, false), |i| p.get(i).copied());
+    assert!((at(true, 0.0).expect("a value") - (9.0 * p[0] - p[1]) / 8.0).abs() < 1e-12);
+    assert_eq!((at(false, 0.0), at(false, 0.05), at(true, 0.31)), (Some(1.0), Some(1.0), None));
+    assert!((at(true, 0.2).expect("a value") - 8.0 / 3.0).abs() < 1e-12);
+    assert_eq!(Reach::of(side.clone()).expect("positions").low, 0.0);
+    // no column of a mesh
+    assert_eq!(Reach::of(Side::Listed([0.1, 0.2].into())).expect("positions").low, 0.1);
 }
 
 #[test]
