@@ -22,7 +22,7 @@ pub fn channel(case: &Case, field: Field) -> Channel {
     let (grid, every) = (case.grid(), case.record.field_every);
     let size = case.frame_size() / case.record.fields.len();
     let is_graded = grid.is_graded();
-    let mut fields = vec![
+    let fields = vec![
         FieldNote::new("r0", length.name, "radius of the first column"),
         FieldNote::new("dr", length.name, "distance between columns"),
         FieldNote::new("nr", "1", "number of columns"),
@@ -34,12 +34,10 @@ pub fn channel(case: &Case, field: Field) -> Channel {
             length.name,
             "depths of all rows, where the target has more than one layer or the mesh is graded",
         ),
+        FieldNote::new("r", length.name, "radii of all columns, where the mesh is graded"),
+        FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
+            .along("z0,dz,nz,z;r0,dr,nr,r"),
     ];
-    if is_graded {
-        fields.push(FieldNote::new("r", length.name, "radii of all columns, on a graded mesh"));
-    }
-    let axis = if is_graded { "z0,dz,nz,z;r0,dr,nr,r" } else { "z0,dz,nz,z;r0,dr,nr" };
-    fields.push(FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]")).along(axis));
     let mut message = percuss::FieldSlice {
         r0: length.of(grid.r0),
         dr: length.of(every as f64 * grid.dr),

@@ -10,15 +10,12 @@ pub fn channel(case: &Case) -> Channel {
     let Units { length, time, stress, .. } = case.units();
     let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
     let is_graded = case.mesh.grading.is_some();
-    let mut fields = vec![
+    let fields = vec![
         FieldNote::new("r0", length.name, "radius of the first node"),
         FieldNote::new("dr", length.name, "distance between nodes"),
+        FieldNote::new("r", length.name, "radii of these nodes, where the mesh is graded"),
+        FieldNote::new("stress", stress.name, meaning).along("r0,dr,r").even(),
     ];
-    if is_graded {
-        fields.push(FieldNote::new("r", length.name, "radii of these nodes, on a graded mesh"));
-    }
-    let axis = if is_graded { "r0,dr,r" } else { "r0,dr" };
-    fields.push(FieldNote::new("stress", stress.name, meaning).along(axis).even());
     let mut message = percuss::InterfaceStress::default();
     Channel::new("/interface/stress", "percuss.InterfaceStress", fields, move |view, outlet| {
         if !view.step.is_multiple_of(every) && !view.is_last {

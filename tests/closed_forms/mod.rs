@@ -3,7 +3,7 @@
 //!
 //! | Closed form | Result |
 //! |---|---|
-//! | [`column`] | a layer without shear waves under a body of finite mass |
+//! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`lamb`] | displacement of the surface under a pulse on a line, full theory |
 //! | [`surface_wave`] | speed of waves along coated surfaces, full theory: for `src/exact/tests` |
