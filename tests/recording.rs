@@ -295,7 +295,7 @@ fn everything_the_contract_promises_is_there() {
         }
     }
     let metadata = &channels(&bytes)["/interface/stress"];
-    assert_eq!((metadata["unit.stress"].as_str(), metadata["axis.stress"].as_str()), ("γc_p²", "r0,dr"));
+    assert_eq!((metadata["unit.stress"].as_str(), metadata["axis.stress"].as_str()), ("γc_p²", "r0,dr,r"));
 }
 
 #[test]
