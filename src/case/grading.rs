@@ -6,7 +6,9 @@
 //! gets there, which takes a logarithm of cells.
 
 use super::{
-    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, keys::GRADED, sizes::MAX_NODES,
+    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer,
+    keys::GRADED,
+    sizes::{MAX_NODES, MAX_NUMBERS},
     values::Values,
 };
 use crate::{
@@ -175,7 +177,7 @@ impl Parameters {
         let nr = widths.len() - 1;
         let heights = self.heights(computed, dt, first, run, grading);
         let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
-        let most = (MAX_NODES).min(3e9 / 6.0);
+        let most = (MAX_NUMBERS / self.model.numbers_per_node(None) as f64).min(MAX_NODES);
         if (nr * rows) as f64 > most {
             let message = format!(
                 "`mesh.contact_cells` = {contact_cells} makes a mesh of {:.3e} nodes, {nr} along r, {rows} along z",

@@ -17,7 +17,7 @@ const MAX_STEPS: f64 = 1e8;
 /// Largest number of nodes.
 pub(super) const MAX_NODES: f64 = 1e9;
 /// Largest number of displacements in memory, 24 GB: three levels of as many nodes, or of half as many in the full theory.
-const MAX_NUMBERS: f64 = 3e9;
+pub(super) const MAX_NUMBERS: f64 = 3e9;
 /// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;

@@ -28,7 +28,7 @@ use super::{
     cells::{self, CellStrains, Medium, Strain, Stress},
     cone::LightCone,
     number::Number,
-    reference::{Level, Levels, Reference, Scheme},
+    reference::{Level, Levels, Reference, Scheme, motion},
     scheme::{self, RadialWeights},
 };
 use crate::{
@@ -644,25 +644,10 @@ impl Scheme<2> for Body {
     }
 
     fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
-        let [before, now, next] = levels;
-        let velocity =
-            |field: usize| scheme::velocity(before[field][[j, i]], next[field][[j, i]], self.grid.dt());
-        match field {
-            Field::Displacement => now[0][[j, i]],
-            Field::DisplacementR => now[1][[j, i]],
-            Field::Velocity => velocity(0),
-            Field::VelocityR => velocity(1),
-            Field::Stress
-            | Field::StressRr
-            | Field::StressTt
-            | Field::StressRz
-            | Field::Pressure
-            | Field::VonMises
-            | Field::MaxShear => {
-                let (medium, unit) = &self.layers[self.grid.layer_of(j)];
-                unit * self.strain(now, pressure[i], j, i).stress(medium).shown(field)
-            }
-        }
+        motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
+            let (medium, unit) = &self.layers[self.grid.layer_of(j)];
+            unit * self.strain(levels[1], pressure[i], j, i).stress(medium).shown(field)
+        })
     }
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {

@@ -13,7 +13,7 @@ use super::{
     cell_scheme::CellScheme,
     cells,
     cone::LightCone,
-    reference::{Level, Levels, Reference, Scheme, node_by_node},
+    reference::{Level, Levels, Reference, Scheme, motion, node_by_node},
     scheme,
 };
 use crate::{
@@ -197,25 +197,10 @@ impl Scheme<2> for CellScheme {
     }
 
     fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
-        let [before, now, next] = levels;
-        let velocity =
-            |field: usize| scheme::velocity(before[field][[j, i]], next[field][[j, i]], self.grid.dt());
-        match field {
-            Field::Displacement => now[0][[j, i]],
-            Field::DisplacementR => now[1][[j, i]],
-            Field::Velocity => velocity(0),
-            Field::VelocityR => velocity(1),
-            Field::Stress
-            | Field::StressRr
-            | Field::StressTt
-            | Field::StressRz
-            | Field::Pressure
-            | Field::VonMises
-            | Field::MaxShear => {
-                let row = self.at_row(j);
-                row.stress(field, &row.strain(self.reading(now), pressure[i], i))
-            }
-        }
+        motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
+            let row = self.at_row(j);
+            row.stress(field, &row.strain(self.reading(levels[1]), pressure[i], i))
+        })
     }
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {

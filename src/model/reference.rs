@@ -12,6 +12,7 @@ use super::{
     CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks, Model,
     PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
     cone::{ConeState, LightCone},
+    scheme,
     strain::{CellPeak, Watched},
 };
 use crate::{
@@ -38,6 +39,30 @@ pub fn node_by_node<const FIELDS: usize>(
                 level[[j, i]] = value;
             }
         }
+    }
+}
+
+/// Displacement or velocity of node (j, i) at level k; `None` for stresses.
+pub fn motion<const FIELDS: usize>(
+    field: Field,
+    [before, now, next]: Levels<'_, FIELDS>,
+    dt: f64,
+    j: usize,
+    i: usize,
+) -> Option<f64> {
+    let velocity = |field: usize| scheme::velocity(before[field][[j, i]], next[field][[j, i]], dt);
+    match field {
+        Field::Displacement => Some(now[0][[j, i]]),
+        Field::DisplacementR => Some(now[1][[j, i]]),
+        Field::Velocity => Some(velocity(0)),
+        Field::VelocityR => Some(velocity(1)),
+        Field::Stress
+        | Field::StressRr
+        | Field::StressTt
+        | Field::StressRz
+        | Field::Pressure
+        | Field::VonMises
+        | Field::MaxShear => None,
     }
 }
 
