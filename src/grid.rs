@@ -28,7 +28,7 @@ mod layers;
 mod steps;
 
 use graded::Positions;
-pub use graded::{Growth, place};
+pub use graded::{Growth, Rim, place};
 pub use layers::{Back, Bond, Layer};
 pub use steps::{FEWEST, LayerSteps};
 
@@ -199,6 +199,8 @@ pub struct Grid {
     pub is_layer: bool,
     /// True if the scheme has cells between nodes, in which displacements along r alternate freely.
     pub cells_between_nodes: bool,
+    /// What holds the rim, on which the last nodes stand, if the target ends.
+    pub rim: Option<Rim>,
     half_cell_start: bool,
     dt: f64,
     /// Where nodes are, if not at equal distances.
@@ -235,6 +237,7 @@ impl Grid {
             face: Vec::new(),
             is_layer: spacing.layer_rows.is_some(),
             cells_between_nodes: false,
+            rim: None,
             half_cell_start,
             positions: None,
         };

@@ -1,7 +1,7 @@
 //! Elastic constants of the target, and materials by name.
 //!
-//! Waves are what counts, so presets are given by measured speeds of longitudinal and shear waves in bulk where a handbook has them,
-//! else by Young's modulus and Poisson's ratio. Real materials differ from sample to sample by some per cent, polymers by
+//! Materials have one axis of symmetry, z; most are alike in all directions. Waves are what counts, so presets are given by measured
+//! speeds of longitudinal and shear waves in bulk where a handbook has them, else by Young's modulus and Poisson's ratio. Real materials differ from sample to sample by some per cent, polymers by
 //! more: measured values of the material at hand are better than any of these.
 
 /// The target material: speeds relative to `c_p`, and SI values where they are known.
@@ -32,101 +32,243 @@ impl Waves {
     }
 }
 
-/// Two elastic constants and the density, in SI units.
+/// Stiffness of a layer whose axis of symmetry is z, in units of its C33.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stiffness {
+    /// A = C11/C33
+    pub lateral: f64,
+    /// λ = C13/C33
+    pub coupled: f64,
+    /// µ = C44/C33
+    pub shear: f64,
+    /// C66/C33
+    pub plane: f64,
+}
+
+impl Stiffness {
+    /// That of a material that is alike in all directions: A = 1, λ = 1 − 2µ.
+    ///
+    /// * `ratio`: c_s/c_p
+    pub fn isotropic(ratio: f64) -> Self {
+        let shear = ratio * ratio;
+        Self { lateral: 1.0, coupled: 1.0 - 2.0 * shear, shear, plane: shear }
+    }
+
+    /// True if it is that of a material that is alike in all directions.
+    pub fn is_isotropic(&self) -> bool {
+        *self == Self { lateral: 1.0, coupled: 1.0 - 2.0 * self.shear, plane: self.shear, ..*self }
+    }
+
+    /// c_s over the speed of the slower longitudinal waves, those along z or along r.
+    pub fn slowness(&self) -> f64 {
+        (self.shear / self.lateral.min(1.0)).sqrt()
+    }
+
+    /// Indentation modulus M, `E/(1 − ν²)` of isotropic materials:
+    ///
+    /// ```text
+    /// M = 2√{(C11C33 − C13²)/C11 · [1/C44 + 2/(√(C11C33) + C13)]⁻¹}
+    /// ```
+    ///
+    /// (A. Delafargue, F.-J. Ulm, Int. J. Solids Struct. 41, 2004).
+    pub fn indentation_modulus(&self) -> f64 {
+        let Self { lateral, coupled, shear, .. } = *self;
+        if self.is_isotropic() {
+            return 4.0 * shear * (1.0 - shear);
+        }
+        let compliance = 1.0 / shear + 2.0 / (lateral.sqrt() + coupled);
+        2.0 * ((lateral - coupled * coupled) / lateral / compliance).sqrt()
+    }
+}
+
+/// Elastic constants of a material whose axis of symmetry is z, and its density, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastic {
-    /// Young's modulus E \[Pa\], with `poisson_ratio`.
-    pub youngs_modulus: Option<f64>,
-    /// Poisson's ratio ν.
-    pub poisson_ratio: Option<f64>,
-    /// Bulk modulus K \[Pa\], with `shear_modulus`.
-    pub bulk_modulus: Option<f64>,
-    /// Shear modulus µ \[Pa\].
-    pub shear_modulus: Option<f64>,
     /// Density γ \[kg/m³\].
     pub density: f64,
+    /// C33, along z \[Pa\].
+    axial: f64,
+    /// C44 \[Pa\].
+    shear: f64,
+    /// The others; none of an isotropic material.
+    anisotropy: Option<Anisotropy>,
+}
+
+/// C11, C13 and C66 \[Pa\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Anisotropy {
+    lateral: f64,
+    coupled: f64,
+    plane: f64,
 }
 
 /// Why elastic constants are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MaterialError {
-    /// Neither pair of constants, or parts of both.
-    #[error(
-        "a material has youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus, and density"
-    )]
-    Incomplete,
+    /// Too few constants, or some that do not go together.
+    #[error("{0}")]
+    Incomplete(String),
     /// A constant is out of range.
-    #[error("material {name} = {value} is not possible: {bound}")]
-    OutOfRange {
-        /// Key.
-        name: &'static str,
-        /// Value given.
-        value: f64,
-        /// Allowed range.
-        bound: &'static str,
-    },
+    #[error("{0}, which no stable solid has")]
+    OutOfRange(String),
+}
+
+/// Constants of isotropic materials, two of which are given.
+pub const ISOTROPIC: [&str; 6] =
+    ["youngs_modulus", "poisson_ratio", "bulk_modulus", "shear_modulus", "wave_speed", "shear_wave_speed"];
+/// Stiffness of a material whose axis of symmetry is z.
+pub const STIFFNESS: [&str; 5] = ["C11", "C33", "C13", "C44", "C66"];
+/// Engineering constants of such a material.
+pub const ENGINEERING: [&str; 5] = ["E_r", "E_z", "nu_rt", "nu_zr", "G_rz"];
+
+/// Bulk and shear modulus of two constants.
+///
+/// * `given`: of each of [`ISOTROPIC`], if it is given
+fn moduli(given: [Option<f64>; 6], density: f64) -> Option<(f64, f64)> {
+    let [youngs, poisson, bulk, shear, speed, shear_speed] = given;
+    // M = γc_p², µ = γc_s²
+    let shear = shear.or(shear_speed.map(|speed| density * speed * speed));
+    let longitudinal = speed.map(|speed| density * speed * speed);
+    Some(match (youngs, poisson, bulk, shear, longitudinal) {
+        (Some(e), Some(nu), ..) => (e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu))),
+        (Some(e), _, Some(k), ..) => (k, 3.0 * k * e / (9.0 * k - e)),
+        (Some(e), _, _, Some(mu), _) => (e * mu / (3.0 * (3.0 * mu - e)), mu),
+        (Some(e), _, _, _, Some(m)) => {
+            // of two solutions the one with ν ≥ 0
+            let mu = (3.0 * m + e - ((e - m) * (e - 9.0 * m)).sqrt()) / 8.0;
+            (m - 4.0 / 3.0 * mu, mu)
+        }
+        (_, _, Some(k), Some(mu), _) => (k, mu),
+        (_, Some(nu), Some(k), ..) => (k, 1.5 * k * (1.0 - 2.0 * nu) / (1.0 + nu)),
+        (_, _, Some(k), _, Some(m)) => (k, 0.75 * (m - k)),
+        (_, Some(nu), _, Some(mu), _) => (2.0 * mu * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)), mu),
+        (_, Some(nu), _, _, Some(m)) => {
+            let mu = m * (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu));
+            (m - 4.0 / 3.0 * mu, mu)
+        }
+        (_, _, _, Some(mu), Some(m)) => (m - 4.0 / 3.0 * mu, mu),
+        _ => return None,
+    })
 }
 
 impl Elastic {
-    /// Bulk and shear modulus `(K, µ)` \[Pa\], `K = E/(3(1−2ν))`, `µ = E/(2(1+ν))`.
+    /// A material of constants by the names of their keys in case files: two of [`ISOTROPIC`], all of [`STIFFNESS`] or all of
+    /// [`ENGINEERING`] (of these `nu_zr` is the strain along r under stress along z).
+    ///
+    /// * `constant`: in SI units, if it is given
+    /// * `density`: γ \[kg/m³\]
     ///
     /// # Errors
     ///
     /// Constants that are missing, or that no stable solid has.
-    pub fn moduli(&self) -> Result<(f64, f64), MaterialError> {
-        let positive = |name, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(value)
-            } else {
-                Err(MaterialError::OutOfRange { name, value, bound: "a finite number > 0" })
-            }
+    pub fn new(constant: impl Fn(&str) -> Option<f64>, density: f64) -> Result<Self, MaterialError> {
+        let names = ISOTROPIC.iter().chain(&STIFFNESS).chain(&ENGINEERING);
+        let given: Vec<&str> = names.copied().filter(|name| constant(name).is_some()).collect();
+        let all = |names: [&str; 5]| {
+            let numbers = names.map(&constant);
+            let sum: Option<Vec<f64>> = numbers.into_iter().collect();
+            sum.filter(|_| given.len() == names.len())
         };
-        positive("density", self.density)?;
-        match (self.youngs_modulus, self.poisson_ratio, self.bulk_modulus, self.shear_modulus) {
-            (Some(e), Some(nu), None, None) => {
-                positive("youngs_modulus", e)?;
-                if !(nu > -1.0 && nu < 0.5) {
-                    let bound = "-1 < poisson_ratio < 0.5";
-                    return Err(MaterialError::OutOfRange { name: "poisson_ratio", value: nu, bound });
-                }
-                Ok((e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu))))
+        if let Some(numbers) = all(STIFFNESS) {
+            return Self::transverse([numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]], density);
+        }
+        if let Some(numbers) = all(ENGINEERING) {
+            let [e_r, e_z, nu_rt, nu_zr, shear] = [0, 1, 2, 3, 4].map(|i| numbers[i]);
+            // the compliance, S11 = 1/E_r, S12 = −ν_rt/E_r, S13 = −ν_zr/E_z, S33 = 1/E_z, inverted
+            let (sum, coupled, axial) = ((1.0 - nu_rt) / e_r, -nu_zr / e_z, 1.0 / e_z);
+            let determinant = axial * sum - 2.0 * coupled * coupled;
+            let plane = e_r / (2.0 * (1.0 + nu_rt));
+            if determinant <= 0.0 {
+                let text = format!("(1 − nu_rt)·E_z/E_r = {:.4e} is not above 2·nu_zr²", sum * e_z);
+                return Err(MaterialError::OutOfRange(text));
             }
-            (None, None, Some(k), Some(mu)) => {
-                Ok((positive("bulk_modulus", k)?, positive("shear_modulus", mu)?))
+            let stiffness =
+                [0.5 * axial / determinant + plane, sum / determinant, -coupled / determinant, shear, plane];
+            return Self::transverse(stiffness, density);
+        }
+        let pair = ISOTROPIC.map(&constant);
+        let is_pair = given.len() == 2 && given.iter().all(|name| ISOTROPIC.contains(name));
+        let Some((bulk, shear)) = moduli(pair, density).filter(|_| is_pair) else {
+            return Err(MaterialError::Incomplete(match &given[..] {
+                [] => "no elastic constants".into(),
+                [name] => format!("the elastic constant {name} alone"),
+                [others @ .., last] => format!("the elastic constants {} and {last}", others.join(", ")),
+            }));
+        };
+        if !(bulk > 0.0 && shear > 0.0 && bulk.is_finite() && shear.is_finite()) {
+            let text = format!("{} and {} make K = {bulk:.4e} Pa and µ = {shear:.4e} Pa", given[0], given[1]);
+            return Err(MaterialError::OutOfRange(text));
+        }
+        Ok(Self { density, axial: bulk + 4.0 / 3.0 * shear, shear, anisotropy: None })
+    }
+
+    /// A material of its stiffness C11, C33, C13, C44, C66, which must be positive definite.
+    fn transverse(
+        [lateral, axial, coupled, shear, plane]: [f64; 5],
+        density: f64,
+    ) -> Result<Self, MaterialError> {
+        for (name, number) in [("C44", shear), ("C66", plane), ("C33", axial), ("C11 − C66", lateral - plane)]
+        {
+            if number.is_nan() || number <= 0.0 {
+                let text = format!("{name} = {number:.4e} Pa is not positive");
+                return Err(MaterialError::OutOfRange(text));
             }
-            _ => Err(MaterialError::Incomplete),
+        }
+        // (C11 + C12)·C33 > 2C13², C12 = C11 − 2C66
+        let [bulk, most] = [2.0 * (lateral - plane) * axial, 2.0 * coupled * coupled];
+        if bulk <= most {
+            let text = format!("(C11 + C12)·C33 = {bulk:.4e} Pa² is not above 2·C13² = {most:.4e} Pa²");
+            return Err(MaterialError::OutOfRange(text));
+        }
+        Ok(Self { density, axial, shear, anisotropy: Some(Anisotropy { lateral, coupled, plane }) })
+    }
+
+    /// Its stiffness in units of C33.
+    pub fn stiffness(&self) -> Stiffness {
+        match self.anisotropy {
+            None => {
+                let (c_p, c_s) = self.wave_speeds();
+                Stiffness::isotropic(c_s / c_p)
+            }
+            Some(Anisotropy { lateral, coupled, plane }) => Stiffness {
+                lateral: lateral / self.axial,
+                coupled: coupled / self.axial,
+                shear: self.shear / self.axial,
+                plane: plane / self.axial,
+            },
         }
     }
 
-    /// Poisson's ratio ν and Young's modulus E \[Pa\], `ν = (3K − 2µ)/(2(3K + µ))`, `E = 9Kµ/(3K + µ)`.
-    ///
-    /// # Errors
-    ///
-    /// As [`Elastic::moduli`].
-    pub fn youngs_pair(&self) -> Result<(f64, f64), MaterialError> {
-        let (bulk, shear) = self.moduli()?;
-        let sum = 3.0 * bulk + shear;
-        Ok(((3.0 * bulk - 2.0 * shear) / (2.0 * sum), 9.0 * bulk * shear / sum))
+    /// Young's moduli along r and z \[Pa\] and Poisson's ratios ν_rt, ν_zr, which of an isotropic material are the same,
+    /// `ν = (3K − 2µ)/(2(3K + µ))`, `E = 9Kµ/(3K + µ)`.
+    pub fn engineering(&self) -> ([f64; 2], [f64; 2]) {
+        let Some(Anisotropy { lateral, coupled, plane }) = self.anisotropy else {
+            let (bulk, shear) = (self.axial - 4.0 / 3.0 * self.shear, self.shear);
+            let sum = 3.0 * bulk + shear;
+            return ([9.0 * bulk * shear / sum; 2], [(3.0 * bulk - 2.0 * shear) / (2.0 * sum); 2]);
+        };
+        // the stiffness inverted
+        let sum = 2.0 * (lateral - plane);
+        let determinant = sum * self.axial - 2.0 * coupled * coupled;
+        let axial = determinant / sum;
+        let [half_sum, half_difference] = [0.5 * self.axial / determinant, 0.25 / plane];
+        let radial = 1.0 / (half_sum + half_difference);
+        ([radial, axial], [(half_difference - half_sum) * radial, coupled / sum])
     }
 
-    /// Contact modulus `E* = E/(1 − ν²)` \[Pa\].
-    ///
-    /// # Errors
-    ///
-    /// As [`Elastic::moduli`].
-    pub fn contact_modulus(&self) -> Result<f64, MaterialError> {
-        let (nu, e) = self.youngs_pair()?;
-        Ok(e / (1.0 - nu * nu))
+    /// Indentation modulus M, of isotropic materials `E/(1 − ν²)` \[Pa\].
+    pub fn contact_modulus(&self) -> f64 {
+        self.axial * self.stiffness().indentation_modulus()
     }
 
-    /// Speeds `(c_p, c_s)` \[m/s\] of longitudinal and shear waves, `c_p² = (K + 4µ/3)/γ`, `c_s² = µ/γ`; \[KA\] Eq. 1.
-    ///
-    /// # Errors
-    ///
-    /// As [`Elastic::moduli`].
-    pub fn wave_speeds(&self) -> Result<(f64, f64), MaterialError> {
-        let (bulk, shear) = self.moduli()?;
-        Ok((((bulk + 4.0 / 3.0 * shear) / self.density).sqrt(), (shear / self.density).sqrt()))
+    /// Speeds `(c_p, c_s)` \[m/s\] of longitudinal and shear waves along z, `c_p² = C33/γ = (K + 4µ/3)/γ`, `c_s² = C44/γ = µ/γ`; \[KA\] Eq. 1.
+    pub fn wave_speeds(&self) -> (f64, f64) {
+        ((self.axial / self.density).sqrt(), (self.shear / self.density).sqrt())
+    }
+
+    /// Speed of longitudinal waves along r, `c² = C11/γ` \[m/s\].
+    pub fn lateral_speed(&self) -> f64 {
+        (self.anisotropy.map_or(self.axial, |anisotropy| anisotropy.lateral) / self.density).sqrt()
     }
 }
 
@@ -148,6 +290,8 @@ enum Constants {
     Speeds(f64, f64),
     /// Young's modulus \[Pa\] and Poisson's ratio.
     Young(f64, f64),
+    /// [`STIFFNESS`] \[Pa\].
+    Transverse([f64; 5]),
 }
 
 /// Table of wave speeds in solids.
@@ -156,6 +300,10 @@ const CRC: &str = "CRC Handbook of Chemistry and Physics, Speed of sound in vari
 const KAYE_LABY: &str = "Kaye & Laby, Tables of physical and chemical constants, 2.2.2";
 /// Values that vary with the product.
 const TYPICAL: &str = "typical of data sheets";
+/// Laminates: strains in the plane and stresses across it are those of all plies.
+const CARBON: &str = "T300/5208 quasi-isotropic, homogenised from its ply (Tsai & Hahn 1980; ν_23 = 0.45)";
+const GLASS: &str =
+    "Scotchply 1002 cross-ply, homogenised from its ply (Tsai & Hahn 1980; ν_23 = 0.45), mean of directions";
 
 const fn speeds(name: &'static str, density: f64, c_p: f64, c_s: f64) -> Preset {
     Preset { name, density, constants: Constants::Speeds(c_p, c_s), source: CRC }
@@ -165,15 +313,21 @@ const fn young(name: &'static str, density: f64, e: f64, nu: f64, source: &'stat
     Preset { name, density, constants: Constants::Young(e, nu), source }
 }
 
+const fn laminate(name: &'static str, density: f64, stiffness: [f64; 5], source: &'static str) -> Preset {
+    Preset { name, density, constants: Constants::Transverse(stiffness), source }
+}
+
 /// All presets, by name.
-pub const PRESETS: [Preset; 20] = [
+pub const PRESETS: [Preset; 22] = [
     young("alumina", 3900.0, 370e9, 0.22, TYPICAL),
     speeds("aluminium", 2700.0, 6420.0, 3040.0),
     speeds("brass", 8600.0, 4700.0, 2110.0),
+    laminate("carbon-epoxy", 1600.0, [78.81e9, 13.07e9, 5.648e9, 4.750e9, 26.88e9], CARBON),
     speeds("copper", 8930.0, 5010.0, 2270.0),
     young("epoxy", 1200.0, 3.5e9, 0.35, TYPICAL),
     speeds("fused-silica", 2200.0, 5968.0, 3764.0),
     young("glass", 2500.0, 71.3e9, 0.22, KAYE_LABY),
+    laminate("glass-epoxy", 1800.0, [22.42e9, 10.79e9, 4.606e9, 3.377e9, 7.469e9], GLASS),
     speeds("iron", 7850.0, 5960.0, 3240.0),
     speeds("lead", 11_340.0, 1960.0, 690.0),
     speeds("nylon", 1110.0, 2620.0, 1070.0),
@@ -198,26 +352,25 @@ impl Preset {
         PRESETS.iter().find(|preset| preset.name == name)
     }
 
-    /// Its elastic constants.
-    pub fn elastic(&self) -> Elastic {
-        let nothing = Elastic {
-            youngs_modulus: None,
-            poisson_ratio: None,
-            bulk_modulus: None,
-            shear_modulus: None,
-            density: self.density,
-        };
+    /// Its elastic constants by the names of their keys in case files, in SI units.
+    pub fn constants(&self) -> Vec<(&'static str, f64)> {
         match self.constants {
             Constants::Speeds(c_p, c_s) => {
                 // µ = γc_s², K = γ(c_p² − 4c_s²/3)
                 let shear = self.density * c_s * c_s;
                 let bulk = self.density * c_p * c_p - 4.0 / 3.0 * shear;
-                Elastic { bulk_modulus: Some(bulk), shear_modulus: Some(shear), ..nothing }
+                vec![("bulk_modulus", bulk), ("shear_modulus", shear)]
             }
-            Constants::Young(e, nu) => {
-                Elastic { youngs_modulus: Some(e), poisson_ratio: Some(nu), ..nothing }
-            }
+            Constants::Young(e, nu) => vec![("youngs_modulus", e), ("poisson_ratio", nu)],
+            Constants::Transverse(stiffness) => STIFFNESS.into_iter().zip(stiffness).collect(),
         }
+    }
+
+    /// The material.
+    pub fn elastic(&self) -> Elastic {
+        let constants = self.constants();
+        let constant = |key: &str| constants.iter().find(|(name, _)| *name == key).map(|(_, number)| *number);
+        Elastic::new(constant, self.density).expect("a stable solid")
     }
 }
 
@@ -225,47 +378,76 @@ impl Preset {
 mod tests {
     use super::*;
 
-    fn steel() -> Elastic {
-        Elastic {
-            youngs_modulus: Some(210e9),
-            poisson_ratio: Some(0.3),
-            bulk_modulus: None,
-            shear_modulus: None,
-            density: 7850.0,
-        }
+    fn of(constants: &[(&str, f64)], density: f64) -> Result<Elastic, MaterialError> {
+        Elastic::new(
+            |key| constants.iter().find(|(name, _)| *name == key).map(|(_, number)| *number),
+            density,
+        )
     }
 
     #[test]
-    fn both_pairs_of_constants_give_the_same_speeds() {
-        let (k, mu) = steel().moduli().expect("steel");
-        let same = Elastic {
-            youngs_modulus: None,
-            poisson_ratio: None,
-            bulk_modulus: Some(k),
-            shear_modulus: Some(mu),
-            ..steel()
-        };
-        assert_eq!(steel().wave_speeds(), same.wave_speeds());
-        let (c_p, c_s) = steel().wave_speeds().expect("steel");
+    fn any_two_constants_give_the_same_speeds() {
+        let steel = of(&[("youngs_modulus", 210e9), ("poisson_ratio", 0.3)], 7850.0).expect("steel");
+        let (c_p, c_s) = steel.wave_speeds();
         // c_s/c_p = sqrt((1−2ν)/(2(1−ν)))
-        assert!((c_s / c_p - (0.4f64 / 1.4).sqrt()).abs() < 1e-15);
-        assert!((c_p - 6001.0).abs() < 1.0);
+        assert!((c_s / c_p - (0.4f64 / 1.4).sqrt()).abs() < 1e-15 && (c_p - 6001.0).abs() < 1.0);
+        let mu = 7850.0 * c_s * c_s;
+        let numbers = [210e9, 0.3, 7850.0 * c_p * c_p - 4.0 / 3.0 * mu, mu, c_p, c_s];
+        let mut pairs = 0;
+        for first in 0..6 {
+            for second in first + 1..6 {
+                let pair = [first, second].map(|i| (ISOTROPIC[i], numbers[i]));
+                if (first, second) == (3, 5) {
+                    assert!(matches!(of(&pair, 7850.0), Err(MaterialError::Incomplete(_))), "{pair:?}");
+                    continue;
+                }
+                let same = of(&pair, 7850.0).expect("steel").wave_speeds();
+                assert!((same.0 / c_p - 1.0).abs() < 1e-12 && (same.1 / c_s - 1.0).abs() < 1e-12, "{pair:?}");
+                pairs += 1;
+            }
+        }
+        assert_eq!(pairs, 14);
+    }
+
+    #[test]
+    fn stiffness_and_engineering_constants_are_of_one_material() {
+        let carbon = Preset::find("carbon-epoxy").expect("a preset").elastic();
+        let ([e_r, e_z], [nu_rt, nu_zr]) = carbon.engineering();
+        let numbers = [e_r, e_z, nu_rt, nu_zr, 4.750e9];
+        let constants: Vec<_> = ENGINEERING.into_iter().zip(numbers).collect();
+        let same = of(&constants, 1600.0).expect("a material").stiffness();
+        let Stiffness { lateral, coupled, shear, plane } = carbon.stiffness();
+        for (a, b) in
+            [(same.lateral, lateral), (same.coupled, coupled), (same.shear, shear), (same.plane, plane)]
+        {
+            assert!((a / b - 1.0).abs() < 1e-12, "{same:?}");
+        }
+        // of an isotropic one both forms of the modulus are the same
+        let isotropic = Stiffness::isotropic(0.55);
+        let nearly = Stiffness { lateral: 1.0 + 1e-15, ..isotropic };
+        assert!((isotropic.indentation_modulus() / nearly.indentation_modulus() - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn impossible_constants_are_refused() {
-        assert_eq!(Elastic { poisson_ratio: None, ..steel() }.moduli(), Err(MaterialError::Incomplete));
-        assert!(Elastic { poisson_ratio: Some(0.5), ..steel() }.moduli().is_err());
-        assert!(Elastic { density: f64::NAN, ..steel() }.moduli().is_err());
+        let refused = |constants: &[(&str, f64)]| of(constants, 1000.0).expect_err("impossible").to_string();
+        let alone = refused(&[("youngs_modulus", 1e9)]);
+        assert_eq!(alone, "the elastic constant youngs_modulus alone");
+        assert!(refused(&[("youngs_modulus", 1e9), ("shear_modulus", 1e8)]).contains("make K ="));
+        let stiffness = |c13, c44| [("C11", 10e9), ("C33", 5e9), ("C13", c13), ("C44", c44), ("C66", 4e9)];
+        assert!(of(&stiffness(1e9, 1e9), 1000.0).is_ok());
+        assert!(refused(&stiffness(6e9, 1e9)).contains("(C11 + C12)·C33"));
+        assert!(refused(&stiffness(1e9, -1e9)).contains("C44 = -1"));
     }
 
     #[test]
     fn presets_are_possible_materials_in_order() {
         assert!(PRESETS.is_sorted_by(|a, b| a.name < b.name));
         for preset in PRESETS {
-            let (c_p, c_s) = preset.elastic().wave_speeds().expect(preset.name);
-            let (nu, e) = preset.elastic().youngs_pair().expect(preset.name);
-            assert!(nu > 0.0 && nu < 0.5 && e > 1e8 && e < 1e12, "{}: {nu}, {e}", preset.name);
+            let (c_p, c_s) = preset.elastic().wave_speeds();
+            let (moduli, ratios) = preset.elastic().engineering();
+            assert!(ratios.iter().all(|nu| *nu > 0.0 && *nu < 0.5), "{}: {ratios:?}", preset.name);
+            assert!(moduli.iter().all(|e| *e > 1e8 && *e < 1e12), "{}: {moduli:?}", preset.name);
             if let Constants::Speeds(longitudinal, shear) = preset.constants {
                 assert!((c_p / longitudinal - 1.0).abs() < 1e-14 && (c_s / shear - 1.0).abs() < 1e-14);
             }

@@ -237,7 +237,7 @@ impl Simulation {
             return Err(self.not_finite(step));
         }
         let nr = self.grid.nr();
-        if self.surface.loaded == nr {
+        if self.surface.loaded == nr && self.grid.rim.is_none() {
             let last = self.grid.r(nr - 1);
             let [r, outer_radius] =
                 [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.units.length.text(r));
@@ -441,8 +441,7 @@ fn coverage(case: &Case) -> Coverage {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let is_graded = case.mesh.grading.is_some();
-    let strained = (!case.sizes.layer && !is_graded).then(|| dependence(case, case.sizes.strained));
+    let strained = (!case.sizes.layer && case.is_tiled()).then(|| dependence(case, case.sizes.strained));
     let shown = Sampling {
         frames: case.frame_fields(),
         gauges: case.gauges(),
@@ -451,7 +450,7 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
     };
     let waves = case.waves();
     match case.model {
-        _ if is_graded => {
+        _ if !case.is_tiled() => {
             let instructions = match engine {
                 Engine::Blocked => Instructions::detect(),
                 Engine::Reference => Instructions::BASELINE,

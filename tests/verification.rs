@@ -13,6 +13,7 @@ use crate::{case, is_full};
 
 mod accuracy;
 mod admissible_velocity;
+mod bodies;
 mod elastic_energy;
 mod elastic_lamb;
 mod elastic_paraboloid;

@@ -59,7 +59,7 @@ impl Estimate {
         let file = compressed(case, messages, COMPRESSED);
         let threads = rayon::current_num_threads() as f64;
         let rate = match (case.model, case.mesh.order) {
-            _ if case.mesh.grading.is_some() => GRADED_RATE,
+            _ if !case.is_tiled() => GRADED_RATE,
             (ModelKind::Elastic, _) => ELASTIC_RATE * threads,
             (ModelKind::Rakhmatulin, Some(Order::Fourth)) => FOURTH_RATE * threads,
             (ModelKind::Rakhmatulin, _) => SECOND_RATE * threads,

@@ -54,8 +54,8 @@ pub struct Rigidity {
 impl Rigidity {
     /// That of a case; `None` unless both materials are known.
     pub fn of(case: &Case) -> Option<Self> {
-        let modulus = case.indenter.material?.elastic().contact_modulus().ok()?;
-        let modulus_ratio = case.target.material.si?.contact_modulus().ok()? / modulus;
+        let modulus = case.indenter.material?.elastic().contact_modulus();
+        let modulus_ratio = case.target.material.si?.contact_modulus() / modulus;
         let exponent = match (case.geometry, &case.indenter.head) {
             _ if case.indenter.mass.is_infinite() => 1.0,
             (Geometry::Plane, _) | (_, Head::Flat { .. }) => 1.0 / 2.0,

@@ -101,7 +101,7 @@ impl Parameters {
     /// Estimated node updates of a run. Without frames only what the surface can still feel is computed.
     pub(crate) fn node_updates(&self) -> f64 {
         let (steps, shape, speed) = (self.sizes.steps as f64, self.shape(), self.wave_speed());
-        if self.mesh.grading.is_some() {
+        if !self.is_tiled() {
             return steps * self.sizes.nr as f64 * (self.sizes.nz + 1) as f64;
         }
         let nodes = |sample: usize| {
@@ -124,7 +124,7 @@ impl Parameters {
     /// ```
     fn active_columns(&self, shape: &Shape, speed: f64, step: f64) -> f64 {
         const SAMPLES: u32 = 16;
-        if self.mesh.grading.is_some() {
+        if !self.is_tiled() {
             return self.sizes.nr as f64;
         }
         let courant = speed * self.sizes.dt / self.sizes.dr;

@@ -8,6 +8,7 @@
 use super::{
     Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer,
     keys::GRADED,
+    rows::fastest,
     sizes::{MAX_NODES, MAX_NUMBERS},
     values::Values,
 };
@@ -57,6 +58,17 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
         let message = format!("`{key}` is of a graded mesh, and this one has equal cells");
         values.problem(&key, message, "leave the key out, or give mesh.contact_cells in place of mesh.cells");
     }
+}
+
+/// Widths whose last node stands on a rim, and one more beyond it.
+pub(super) fn to_rim(mut widths: Vec<f64>, radius: f64) -> Vec<f64> {
+    let last = widths.len() - 1;
+    // nodes are at sums of widths
+    let before = widths[1..last].iter().fold(0.5 * widths[0], |r, width| r + width);
+    let width = radius - before;
+    widths[last] = if before + width > radius { width.next_down() } else { width };
+    widths.push(widths[last]);
+    widths
 }
 
 /// What a graded mesh does.
@@ -141,17 +153,19 @@ impl Parameters {
     ) -> Option<Sizes> {
         let &Grading { contact_cells, ratio, near: [near_radius, near_depth], largest } = grading;
         let first = self.smallest_cell(contact_cells);
-        let fastest = computed.iter().map(|layer| layer.wave_speed).fold(0.0, f64::max);
+        let fastest = fastest(self.model, computed);
         // a layer has rows enough, however thin it is
         let thinnest = computed.iter().filter_map(|layer| Some(layer.thickness? / layer.wave_speed));
-        let dt = thinnest.map(|transit| transit / (FEWEST_ROWS as f64 + 0.5)).fold(first / fastest, f64::min);
+        let dt = thinnest
+            .map(|transit| transit / (FEWEST_ROWS as f64 + 0.5))
+            .fold(first / (fastest * self.target.slack()), f64::min);
         let steps = self.steps(values, dt)?;
         let contact_reach = self.contact_reach(first, dt, steps);
         let run = fastest * steps * dt;
         let reach = contact_reach + run + MARGIN * first;
         let outer = self.check_outer_radius(values, contact_reach, reach, first)?;
         let limit = largest.unwrap_or(f64::INFINITY);
-        let columns = Growth { first, near: near_radius, ratio, largest: limit.max(first) };
+        let growth = Growth { first, near: near_radius, ratio, largest: limit.max(first) };
         if near_radius > outer || self.target.thickness.is_some_and(|thickness| near_depth > thickness) {
             let (key, what) = match near_radius > outer {
                 true => ("mesh.near_radius", " is beyond the mesh"),
@@ -173,7 +187,17 @@ impl Parameters {
         }
         // the first width is that of a cell about the axis, half of which is on either side
         let mut widths = vec![first];
-        widths.extend(columns.sizes((outer - 0.5 * first) * (1.0 - ROUNDING)));
+        let widths = match self.target.radius {
+            None => {
+                widths.extend(growth.sizes((outer - 0.5 * first) * (1.0 - ROUNDING)));
+                widths
+            }
+            Some(radius) => {
+                let columns = Rows { growth, top: 0.0, before: first, overhang: 0.0 };
+                widths.extend(columns.through(radius - 0.5 * first));
+                to_rim(widths, radius)
+            }
+        };
         let nr = widths.len() - 1;
         let heights = self.heights(computed, dt, first, run, grading);
         let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
@@ -213,7 +237,7 @@ impl Parameters {
             steps: steps as u64,
             nr,
             nz: rows - 1,
-            outer_radius: widths.iter().sum::<f64>() - 0.5 * first,
+            outer_radius: self.target.radius.unwrap_or(widths.iter().sum::<f64>() - 0.5 * first),
             depth,
             contact_reach,
             strained: rows,

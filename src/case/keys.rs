@@ -137,6 +137,8 @@ const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
 pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
 /// SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
+/// Of either sign.
+const ANY: Bounds = Bounds::within(-1e30, 1e30);
 /// The unit of length \[m\]: scales that follow from it are far from overflow.
 pub(super) const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
 /// Bounds of densities and wave speeds in units of those of the struck layer.
@@ -213,10 +215,26 @@ pub(super) const LAYER: Section = Section {
 pub(super) const MATERIAL: Section = Section {
     path: "target.material",
     keys: &[
-        key("youngs_modulus", Kind::Quantity(Stress, POSITIVE)).means("with `poisson_ratio`"),
-        key("poisson_ratio", Kind::Number(Bounds::between(-1.0, 0.5), "1")).means("with `youngs_modulus`"),
-        key("bulk_modulus", Kind::Quantity(Stress, POSITIVE)).means("with `shear_modulus`"),
-        key("shear_modulus", Kind::Quantity(Stress, POSITIVE)).means("with `bulk_modulus`"),
+        key("youngs_modulus", Kind::Quantity(Stress, POSITIVE)).means("E, one of two"),
+        key("poisson_ratio", Kind::Number(Bounds::between(-1.0, 0.5), "1")).means("ν, one of two"),
+        key("bulk_modulus", Kind::Quantity(Stress, POSITIVE)).means("K, one of two"),
+        key("shear_modulus", Kind::Quantity(Stress, POSITIVE)).means("G, one of two"),
+        key("wave_speed", Kind::Quantity(Speed, POSITIVE)).means("c_p, one of two"),
+        key("shear_wave_speed", Kind::Quantity(Speed, POSITIVE)).means("c_s, one of two"),
+        key("C11", Kind::Quantity(Stress, POSITIVE))
+            .means("stiffness along r of a material whose axis of symmetry is z, with the four below; `elastic` only"),
+        key("C33", Kind::Quantity(Stress, POSITIVE)).means("stiffness along z"),
+        key("C13", Kind::Quantity(Stress, ANY)).means("stress along z by strain along r"),
+        key("C44", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the r–z plane"),
+        key("C66", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the plane of the layer"),
+        key("E_r", Kind::Quantity(Stress, POSITIVE))
+            .means("Young's modulus along r of such a material, with the four below, in place of the stiffness"),
+        key("E_z", Kind::Quantity(Stress, POSITIVE)).means("Young's modulus along z"),
+        key("nu_rt", Kind::Number(Bounds::between(-1.0, 1.0), "1"))
+            .means("Poisson's ratio in the plane of the layer"),
+        key("nu_zr", Kind::Number(Bounds::between(-10.0, 10.0), "1"))
+            .means("strain along r under stress along z, over that along z, with the other sign"),
+        key("G_rz", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the r–z plane"),
         key("density", Kind::Quantity(Density, POSITIVE)).required().means("density"),
     ],
 };
@@ -238,6 +256,13 @@ pub(super) const SECTIONS: [Section; 6] = [
             key("back", Kind::Name(&["rigid", "free"])).default("\"rigid\"").means(
                 "far side of the last layer, rigid and smooth or free; not with a half-space. Above a free back the last row \
                  of nodes lies half a row of cells inside: `u` there is that of the face",
+            ),
+            key("radius", Kind::Quantity(Length, SIZE))
+                .left_out("none: the target has no end along r")
+                .only(ELASTIC)
+                .means("of a disc or a bar, in the plane half the width of a plate"),
+            key("rim", Kind::Name(&["free", "guided"])).default("\"free\"").only(ELASTIC).means(
+                "what holds the rim of a target with a `radius`: nothing, or a smooth guide that lets it slide along z",
             ),
             key("layer", Kind::Tables).means("layers, from the struck surface down, 100 at most"),
         ],

@@ -10,8 +10,8 @@ use super::{
 use crate::{
     contact::Rule,
     geometry::Geometry,
-    grid::{Back, Bond, Grid, MeshKind, Spacing},
-    material::{Elastic, Material, Preset, Waves},
+    grid::{Back, Bond, Grid, MeshKind, Rim, Spacing},
+    material::{Elastic, Material, Preset, Stiffness, Waves},
     model::{
         Field, Gauges, Line, ModelKind,
         scheme::{Corner, Order},
@@ -70,8 +70,7 @@ impl Parameters {
             Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }
                 if self.geometry == Geometry::Axisymmetric =>
             {
-                let beta = self.target.material.shear_wave_speed;
-                let modulus = 4.0 * beta * beta * (1.0 - beta * beta);
+                let modulus = self.target.layers[0].stiffness.indentation_modulus();
                 let depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
                 reach.min((nose_radius * depth).sqrt())
             }
@@ -93,7 +92,8 @@ impl Parameters {
         if let Some(GradedSizes { widths, heights }) = &self.sizes.graded {
             let layers: Vec<_> =
                 heights.iter().zip(&computed).map(|(heights, layer)| (heights.clone(), layer.bond)).collect();
-            return Grid::graded(self.geometry, widths.clone(), dt, &layers, self.target.back, layer);
+            let rim = self.target.radius.map(|_| self.target.rim);
+            return Grid::graded(self.geometry, widths.clone(), dt, &layers, self.target.back, layer, rim);
         }
         let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
         let grid = grid.with_layers(dt, &rows, self.target.back);
@@ -113,7 +113,7 @@ impl Parameters {
         let material = |layer: TargetLayer| crate::model::body::Material {
             impedance: layer.waves.impedance,
             speed: layer.wave_speed,
-            shear: layer.waves.shear,
+            stiffness: layer.stiffness,
         };
         self.target.computed().into_iter().map(material).collect()
     }
@@ -121,11 +121,16 @@ impl Parameters {
     /// Speed of the fastest waves along r in any layer \[c_p\].
     pub fn wave_speed(&self) -> f64 {
         let computed = self.target.computed();
-        match &self.sizes.graded {
+        match self.mesh.grading {
             // no speed is changed
-            Some(_) => computed.iter().map(|layer| layer.wave_speed).fold(0.0, f64::max),
+            Some(_) => rows::fastest(self.model, &computed),
             None => rows::lateral_speed(self.model, &computed, &self.sizes.layers, self.sizes.dt),
         }
+    }
+
+    /// True for a target that the tiled engine computes: of equal cells, and regular ([`Target::is_regular`]).
+    pub fn is_tiled(&self) -> bool {
+        self.mesh.grading.is_none() && self.target.is_regular()
     }
 
     /// Speed of the fastest waves along the surface of the struck layer \[c_p\].
@@ -186,6 +191,10 @@ pub struct Target {
     pub layers: Vec<TargetLayer>,
     /// Far side of the last layer.
     pub back: Back,
+    /// Where it ends along r, if it does \[R\].
+    pub radius: Option<f64>,
+    /// What holds it there.
+    pub rim: Rim,
 }
 
 /// A layer of the target.
@@ -203,15 +212,25 @@ pub struct TargetLayer {
     pub wave_speed: f64,
     /// Its impedance, and its shear wave speed in units of c_p of the struck layer.
     pub waves: Waves,
+    /// Its stiffness.
+    pub stiffness: Stiffness,
     /// How it is joined to the layer above.
     pub bond: Bond,
 }
 
 impl TargetLayer {
+    /// Speed of the fastest waves along r, or in any direction if that is more \[c_p\].
+    ///
+    /// * `speed`: of longitudinal waves along z, as they are computed
+    pub(super) fn lateral_speed(&self, model: ModelKind, speed: f64) -> f64 {
+        model.lateral_speed(speed * self.stiffness.lateral.max(1.0).sqrt(), self.waves.shear)
+    }
+
     /// True if no wave sees where the layer above ends and this one begins.
     pub(super) fn continues(&self, above: &Self) -> bool {
         self.bond == Bond::Welded
-            && (self.density, self.wave_speed, self.waves) == (above.density, above.wave_speed, above.waves)
+            && (self.density, self.wave_speed, self.waves, self.stiffness)
+                == (above.density, above.wave_speed, above.waves, above.stiffness)
     }
 }
 
@@ -235,14 +254,24 @@ impl Target {
         alike.take(computed).map(<[_]>::len).sum()
     }
 
-    /// True for a single layer on a rigid back or half-space, which closed forms and estimates are about.
+    /// True for a single layer on a rigid back or half-space, alike in all directions and without end, which closed forms and estimates are about.
     pub fn is_simple(&self) -> bool {
-        self.back == Back::Rigid && self.computed().len() == 1
+        self.back == Back::Rigid && self.computed().len() == 1 && self.is_regular()
+    }
+
+    /// True if it has no end along r, and layers that are alike in all directions.
+    pub fn is_regular(&self) -> bool {
+        self.radius.is_none() && self.layers.iter().all(|layer| layer.stiffness.is_isotropic())
+    }
+
+    /// Slack for the width of columns: at a free rim they are wider than waves run in a step, by stability, see [`crate::model::body`].
+    pub(super) fn slack(&self) -> f64 {
+        if self.radius.is_some() && self.rim == Rim::Free { 1.0 / 0.97 } else { 1.0 }
     }
 
     /// The largest c_s/c_p of a layer, in a target of several after any change of wave speeds.
     pub(super) fn largest_ratio(&self) -> f64 {
-        let ratios = self.layers.iter().map(|layer| layer.waves.shear / layer.wave_speed);
+        let ratios = self.layers.iter().map(|layer| layer.stiffness.slowness());
         let largest = ratios.fold(0.0, f64::max);
         if self.computed().len() > 1 { largest * (1.0 + LARGEST_CHANGE) } else { largest }
     }

@@ -49,6 +49,8 @@ pub(super) struct Stack<'a> {
     /// Radius of the punch \[R\].
     radius: Option<f64>,
     edge: Edge,
+    /// See [`Target::slack`].
+    slack: f64,
 }
 
 /// Where the scheme sees the edge of a punch, which only the struck layer feels.
@@ -65,21 +67,27 @@ pub(super) fn edge(order: Option<Order>, target: &Target) -> Edge {
 ///
 /// * `layers`, `rows`: computed layers and their rows
 pub(super) fn lateral_speed(model: ModelKind, layers: &[TargetLayer], rows: &[LayerSizes], dt: f64) -> f64 {
-    let speeds =
-        layers.iter().zip(rows).map(|(layer, rows)| model.lateral_speed(rows.dz / dt, layer.waves.shear));
+    let speeds = layers.iter().zip(rows).map(|(layer, rows)| layer.lateral_speed(model, rows.dz / dt));
+    speeds.fold(0.0, f64::max)
+}
+
+/// The same with the speeds that layers are given.
+pub(super) fn fastest(model: ModelKind, layers: &[TargetLayer]) -> f64 {
+    let speeds = layers.iter().map(|layer| layer.lateral_speed(model, layer.wave_speed));
     speeds.fold(0.0, f64::max)
 }
 
 impl<'a> Stack<'a> {
     /// * `layers`: computed ones
-    pub fn new(
-        model: ModelKind,
-        layers: &'a [TargetLayer],
-        back: Back,
-        radius: Option<f64>,
-        edge: Edge,
-    ) -> Self {
-        Self { model, layers, back, radius, edge }
+    pub fn new(case: &Parameters, layers: &'a [TargetLayer]) -> Self {
+        Self {
+            model: case.model,
+            layers,
+            back: case.target.back,
+            radius: case.indenter.radius,
+            edge: edge(case.mesh.order, &case.target),
+            slack: case.target.slack(),
+        }
     }
 
     /// Rows of a matched mesh with `cells` nodes across the radius.
@@ -98,7 +106,7 @@ impl<'a> Stack<'a> {
         let fit = |largest| {
             let LayerSteps { dt, steps, rows, changes } =
                 LayerSteps::fit(&transits, self.back, largest).map_err(RowsError::Thin)?;
-            let slip = self.model.lateral_speed(1.0, self.layers[0].waves.shear) * dt;
+            let slip = self.layers[0].lateral_speed(self.model, 1.0) * self.slack * dt;
             let finite = self.finite().zip(steps.into_iter().zip(rows).zip(changes));
             let mut layers: Vec<LayerSizes> = finite
                 .map(|((thickness, _), ((steps, rows), speed_change))| LayerSizes {
@@ -118,7 +126,10 @@ impl<'a> Stack<'a> {
             Ok(Rows { dr: dr(Some(slip)), dt, layers })
         };
         let mut rows = fit(largest)?;
-        let is_stable = |rows: &Rows| rows.layers.iter().all(|layer| layer.dz <= rows.dr * (1.0 + ROUNDING));
+        let is_stable = |rows: &Rows| {
+            let run = lateral_speed(self.model, self.layers, &rows.layers, rows.dt) * self.slack * rows.dt;
+            run <= rows.dr * (1.0 + ROUNDING)
+        };
         if self.model == ModelKind::Elastic && !is_stable(&rows) {
             // waves that are made faster need smaller steps
             rows = fit(largest / (1.0 + LARGEST_CHANGE))?;
@@ -151,9 +162,7 @@ impl<'a> Stack<'a> {
 
     /// Speed of the fastest waves along r \[c_p\].
     fn fastest(&self) -> f64 {
-        let speeds =
-            self.layers.iter().map(|layer| self.model.lateral_speed(layer.wave_speed, layer.waves.shear));
-        speeds.fold(0.0, f64::max)
+        fastest(self.model, self.layers) * self.slack
     }
 }
 
@@ -161,9 +170,7 @@ impl Parameters {
     /// The smallest number of cells found, larger than that of the case, with which no wave speed changes notably.
     pub(crate) fn finer_cells(&self) -> Option<usize> {
         let computed = self.target.computed();
-        let edge = edge(self.mesh.order, &self.target);
-        let stack = Stack::new(self.model, &computed, self.target.back, self.indenter.radius, edge);
-        stack.finer(self.mesh.cells, NOTED_CHANGE)
+        Stack::new(self, &computed).finer(self.mesh.cells, NOTED_CHANGE)
     }
 }
 

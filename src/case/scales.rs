@@ -13,7 +13,7 @@ use super::{
     values::{Values, join, text},
 };
 use crate::{
-    material::{Elastic, Preset},
+    material::{ENGINEERING, Elastic, ISOTROPIC, MaterialError, Preset, STIFFNESS},
     model::ModelKind,
     units::{Dimension, Scales},
 };
@@ -43,8 +43,8 @@ impl<'d> Values<'d> {
         self.read_material(&name, &material);
         let length = self.read_length_unit(root, indenter);
         let elastic = self.elastic(&name);
-        let speeds = elastic.and_then(|elastic| Some((elastic.wave_speeds().ok()?, elastic.density)));
-        let speed = speeds.filter(|((c_p, c_s), _)| c_s / c_p < self.largest_ratio());
+        let sound = elastic.filter(|elastic| elastic.stiffness().slowness() < self.largest_ratio());
+        let speed = sound.map(|elastic| (elastic.wave_speeds(), elastic.density));
         let geometry = self.system.geometry;
         self.system.scales = length.zip(speed).map(|(length, ((speed, _), density))| Scales {
             geometry,
@@ -122,41 +122,34 @@ impl<'d> Values<'d> {
         };
         let Some(name) = self.read_value(&kind, path, value, &System::si()) else { return };
         let Some(preset) = name.as_str().and_then(Preset::find) else { return };
-        let Elastic { youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, density } =
-            preset.elastic();
-        let constants = [youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, Some(density)];
-        for (key, constant) in MATERIAL.keys.iter().zip(constants) {
-            self.checked.extend(constant.map(|constant| (join(path, key.name), Value::Float(constant))));
-        }
+        let constants = preset.constants().into_iter().chain([("density", preset.density)]);
+        self.checked.extend(constants.map(|(key, constant)| (join(path, key), Value::Float(constant))));
     }
 
-    /// Notes a table of constants that has not two of them that go together.
+    /// Notes a table of constants that make no material.
     fn check_constants(&self, path: &str) {
-        let names = || MATERIAL.keys.iter().map(|key| join(path, key.name));
-        if names().any(|name| self.is_given(&name) && !self.checked.contains_key(&name)) {
+        let mut names = MATERIAL.keys.iter().map(|key| join(path, key.name));
+        if names.any(|name| self.is_given(&name) && !self.checked.contains_key(&name)) {
             return;
         }
-        let constants = MATERIAL.keys[..4].iter().map(|key| key.name);
-        let given = match constants.filter(|key| self.is_given(&join(path, key))).collect::<Vec<_>>()[..] {
-            ["youngs_modulus", "poisson_ratio"] | ["bulk_modulus", "shear_modulus"] => return,
-            [] => "no elastic constants".into(),
-            [name] => format!("the elastic constant {name} alone"),
-            [ref others @ .., last] => format!("the elastic constants {} and {last}", others.join(", ")),
-        };
-        let help = "give two: youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus";
-        self.problem(path, format!("`{path}` has {given}"), help);
+        // without a density, which is a problem of its own, all but it is checked
+        let density = self.number(&join(path, "density")).unwrap_or(1.0);
+        if let Err(error) = Elastic::new(|key| self.number(&join(path, key)), density) {
+            let two = ISOTROPIC.join(", ");
+            let [stiffness, engineering] = [STIFFNESS, ENGINEERING].map(|names| names.join(", "));
+            let (what, help) = match error {
+                MaterialError::Incomplete(_) => {
+                    (" has", format!("give two of {two}; or all of {stiffness}; or all of {engineering}"))
+                }
+                MaterialError::OutOfRange(_) => (":", "change one of its constants".into()),
+            };
+            self.problem(path, format!("`{path}`{what} {error}"), help);
+        }
     }
 
-    /// The constants of a material that has been read.
+    /// The material that has been read.
     pub fn elastic(&self, path: &str) -> Option<Elastic> {
         let constant = |key: &str| self.number(&join(path, key));
-        let elastic = Elastic {
-            youngs_modulus: constant("youngs_modulus"),
-            poisson_ratio: constant("poisson_ratio"),
-            bulk_modulus: constant("bulk_modulus"),
-            shear_modulus: constant("shear_modulus"),
-            density: constant("density")?,
-        };
-        elastic.wave_speeds().is_ok().then_some(elastic)
+        Elastic::new(constant, constant("density")?).ok()
     }
 }

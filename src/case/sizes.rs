@@ -1,7 +1,8 @@
 //! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
-    Parameters, Sizes, TargetLayer,
+    GradedSizes, Parameters, Sizes, TargetLayer,
+    grading::to_rim,
     rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
     values::Values,
 };
@@ -22,6 +23,15 @@ pub(super) const MAX_NUMBERS: f64 = 3e9;
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
 
+/// Fewest columns of a target that ends.
+const FEWEST_COLUMNS: f64 = 4.5;
+
+/// Equal widths out to a rim; the last is wider, so that a node stands there.
+fn equal_widths(dr: f64, radius: f64) -> Vec<f64> {
+    let cells = (radius / dr - 0.5 + 1e-9).floor() as usize;
+    to_rim(vec![dr; cells + 1], radius)
+}
+
 impl Parameters {
     /// Derives the sizes of a sound case without them, or notes why there are none.
     pub(super) fn derive_sizes(&self, values: &Values<'_>) -> Option<Sizes> {
@@ -34,7 +44,11 @@ impl Parameters {
         let steps = self.steps(values, dt)?;
         let contact_reach = self.contact_reach(dr, dt, steps);
         let outer = self.outer_radius(values, &rows, steps, contact_reach)?;
-        let nr = (outer / dr - 1e-9).ceil().max(1.0);
+        let widths = self.target.radius.map(|radius| equal_widths(dr, radius));
+        let nr = match &widths {
+            Some(widths) => widths.len() as f64 - 1.0,
+            None => (outer / dr - 1e-9).ceil().max(1.0),
+        };
         let corner = self.corner();
         let reach = if corner.is_some() { 2 } else { 1 };
         let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
@@ -72,14 +86,17 @@ impl Parameters {
             steps: steps as u64,
             nr: nr as usize,
             nz: nz as usize,
-            outer_radius: nr * dr,
+            outer_radius: self.target.radius.unwrap_or(nr * dr),
             depth: rows.layers.iter().map(|layer| layer.rows() * layer.dz).sum(),
             contact_reach,
             strained,
             covered,
             layer,
+            graded: widths.map(|widths| GradedSizes {
+                widths,
+                heights: rows.layers.iter().map(|layer| vec![layer.dz; layer.steps]).collect(),
+            }),
             layers: rows.layers,
-            graded: None,
         })
     }
 
@@ -91,7 +108,7 @@ impl Parameters {
         let (radius, h) = (self.indenter.radius, self.target.thickness);
         let edge = rows::edge(self.mesh.order, &self.target);
         if computed.len() > 1 {
-            let stack = Stack::new(self.model, computed, self.target.back, radius, edge);
+            let stack = Stack::new(self, computed);
             let error = match stack.rows(cells) {
                 Ok(rows) => return Some(rows),
                 Err(error) => error,
@@ -99,7 +116,7 @@ impl Parameters {
             self.refuse_rows(values, &stack, error);
             return None;
         }
-        let speed = self.model.lateral_speed(1.0, self.target.material.shear_wave_speed);
+        let speed = computed[0].lateral_speed(self.model, 1.0) * self.target.slack();
         let spacing = match self.mesh.kind {
             MeshKind::Matched => {
                 let layer = h.map(|h| (h, self.target.back));
@@ -204,7 +221,8 @@ impl Parameters {
     pub(super) fn contact_reach(&self, dr: f64, dt: f64, steps: f64) -> f64 {
         let shape = self.indenter.shape();
         let step = self.impact.velocity * dt;
-        (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius())
+        let reach = (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius());
+        self.target.radius.map_or(reach, |radius| reach.min(radius))
     }
 
     /// Outer radius of the mesh \[R\]: so large that no wave arrives there, whatever is recorded.
@@ -231,6 +249,20 @@ impl Parameters {
         reach: f64,
         dr: f64,
     ) -> Option<f64> {
+        if let Some(radius) = self.target.radius {
+            if values.is_given("mesh.outer_radius") {
+                let what = " is given, but the target ends at target.radius";
+                values.problem("mesh.outer_radius", format!("`mesh.outer_radius`{what}"), "leave it out");
+            }
+            if radius < FEWEST_COLUMNS * dr {
+                let what = " is narrower than five columns of the mesh";
+                let (key, _) = self.mesh.density();
+                values.refuse("target.radius", what, &format!("make it larger, or {key}"));
+                return None;
+            }
+            self.record.check_radii(values, radius, reach)?;
+            return Some(radius);
+        }
         let Some(given) = values.number("mesh.outer_radius") else { return Some(reach) };
         // nodes beside the contact on any mesh
         let least = contact_reach + 2.0 * dr;

@@ -2,8 +2,8 @@
 
 use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, values::Values};
 use crate::{
-    grid::{Back, Bond},
-    material::{Material, PRESETS, Waves},
+    grid::{Back, Bond, Rim},
+    material::{Material, PRESETS, Stiffness, Waves},
     model::ModelKind,
 };
 
@@ -33,7 +33,16 @@ pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     if count == 1 {
         values.rename_only_layer();
     }
-    Some(Target { thickness, material, layers, back: values.get("target.back")? })
+    let (back, radius) = (values.get("target.back")?, values.number("target.radius"));
+    if radius.is_none() && values.is_given("target.rim") {
+        values.problem(
+            "target.rim",
+            "`target.rim` is given, but the target has no end",
+            "give target.radius",
+        );
+    }
+    let rim = values.get("target.rim").unwrap_or(Rim::Free);
+    Some(Target { thickness, material, layers, back, radius, rim })
 }
 
 /// A layer of the constants of a section, as thick as a half-space and welded; none after a problem.
@@ -47,7 +56,7 @@ fn constants(
 ) -> Option<TargetLayer> {
     let [ratio, material, density, wave_speed] =
         ["shear_wave_speed", "material", "density", "wave_speed"].map(|key| format!("{path}.{key}"));
-    let (si, density, wave_speed, shear) = match values.system.numbers {
+    let (si, density, wave_speed, shear, stiffness) = match values.system.numbers {
         Numbers::Unclear => {
             if i == 0 && !values.is_given(&material) {
                 need_material(values, &ratio, &material);
@@ -57,10 +66,15 @@ fn constants(
         Numbers::Physical => {
             values.need(&material, "its material, as the first layer makes the case physical");
             let si = values.elastic(&material)?;
-            let (c_p, c_s) = si.wave_speeds().ok()?;
-            check_ratio(values, &material, c_s / c_p);
+            let ((c_p, c_s), stiffness) = (si.wave_speeds(), si.stiffness());
+            check_ratio(values, &material, stiffness.slowness());
+            if values.model == ModelKind::Rakhmatulin && !stiffness.is_isotropic() {
+                let message = format!("`{material}` is not alike in all directions");
+                let help = "set model = \"elastic\": the simplified theory has one displacement";
+                values.problem(&material, message, help);
+            }
             let unit = if i == 0 { si } else { struck?.si? };
-            let (unit_speed, _) = unit.wave_speeds().ok()?;
+            let (unit_speed, _) = unit.wave_speeds();
             let (density, wave_speed) = (si.density / unit.density, c_p / unit_speed);
             for (noun, ratio) in [("density", density), ("wave speed", wave_speed)] {
                 if !RELATIVE.contain(ratio) {
@@ -68,7 +82,7 @@ fn constants(
                     values.problem(&material, message, format!("allowed: {RELATIVE}"));
                 }
             }
-            (Some(si), density, wave_speed, c_s / unit_speed)
+            (Some(si), density, wave_speed, c_s / unit_speed, stiffness)
         }
         Numbers::Dimensionless => {
             let number = |name: &str, default: Option<f64>| match values.is_given(name) {
@@ -89,7 +103,7 @@ fn constants(
             let key = if values.is_given(&ratio) { &ratio } else { &wave_speed };
             check_ratio(values, key, shear / relative_speed);
             values.set(&ratio, shear);
-            (None, relative_density?, relative_speed, shear)
+            (None, relative_density?, relative_speed, shear, Stiffness::isotropic(shear / relative_speed))
         }
     };
     let preset = PRESETS.iter().find(|preset| si == Some(preset.elastic()));
@@ -100,6 +114,7 @@ fn constants(
         density,
         wave_speed,
         waves: Waves { impedance: density * wave_speed, shear },
+        stiffness,
         bond: Bond::Welded,
     })
 }

@@ -9,7 +9,7 @@ pub fn channel(case: &Case) -> Channel {
     let nodes = case.column(case.sizes.contact_reach) as u64;
     let Units { length, time, stress, .. } = case.units();
     let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
-    let is_graded = case.mesh.grading.is_some();
+    let is_graded = case.grid().is_graded();
     let fields = vec![
         FieldNote::new("r0", length.name, "radius of the first node"),
         FieldNote::new("dr", length.name, "distance between nodes"),

@@ -97,6 +97,7 @@ pub(super) fn json(case: &Case) -> serde_json::Value {
             "impedance": unit * layer.waves.impedance,
             "density": si(Dimension::Density, layer.density),
             "wave_speed": si(Dimension::Speed, layer.wave_speed),
+            "lateral_wave_speed": si(Dimension::Speed, layer.wave_speed * layer.stiffness.lateral.sqrt()),
             "shear_wave_speed": si(Dimension::Speed, layer.waves.shear),
             "bond": layer.bond,
             "reflection": reflection(case, &computed, number),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 
 use super::{CliError, Exit, print};
-use crate::material::{PRESETS, Preset};
+use crate::material::{Elastic, PRESETS, Preset};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -28,15 +28,14 @@ pub(super) struct Materials {
     json: bool,
 }
 
-/// A material with c_p, c_s \[m/s\], and with ν, E \[Pa\].
-type Row = (&'static Preset, (f64, f64), (f64, f64));
+/// A material and its constants.
+type Row = (&'static Preset, Elastic);
 
 impl Materials {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let row = |preset: &'static Preset| {
             let elastic = preset.elastic();
-            let speeds = elastic.wave_speeds().expect("a material");
-            (preset, speeds, elastic.youngs_pair().expect("a material"))
+            (preset, elastic)
         };
         let rows: Vec<Row> = PRESETS.iter().map(row).collect();
         print(&if self.json { json(&rows) } else { table(&rows) })?;
@@ -45,14 +44,19 @@ impl Materials {
 }
 
 fn json(rows: &[Row]) -> String {
-    let entry = |(preset, (c_p, c_s), (nu, e)): &Row| {
+    let entry = |(preset, elastic): &Row| {
+        let ((c_p, c_s), ([e_r, e_z], [nu_rt, nu_zr])) = (elastic.wave_speeds(), elastic.engineering());
         serde_json::json!({
             "name": preset.name,
             "density": preset.density,
+            "is_isotropic": elastic.stiffness().is_isotropic(),
             "longitudinal_speed": c_p,
+            "lateral_speed": elastic.lateral_speed(),
             "shear_speed": c_s,
-            "youngs_modulus": e,
-            "poisson_ratio": nu,
+            "youngs_modulus": e_z,
+            "lateral_youngs_modulus": e_r,
+            "poisson_ratio": nu_zr,
+            "lateral_poisson_ratio": nu_rt,
             "source": preset.source,
         })
     };
@@ -65,14 +69,20 @@ fn table(rows: &[Row]) -> String {
         "{:<17} {:>13} {:>10} {:>10} {:>7} {:>8} {:>6}  source\n",
         "material", "density kg/m³", "c_p m/s", "c_s m/s", "c_s/c_p", "E GPa", "ν"
     );
-    for (preset, (c_p, c_s), (nu, e)) in rows {
+    for (preset, elastic) in rows {
         let Preset { name, density, source, .. } = preset;
+        let ((c_p, c_s), ([e_r, e], [nu_rt, nu])) = (elastic.wave_speeds(), elastic.engineering());
         let (ratio, e) = (c_s / c_p, e / 1e9);
         writeln!(
             text,
             "{name:<17} {density:>13.0} {c_p:>10.0} {c_s:>10.0} {ratio:>7.3} {e:>8.1} {nu:>6.3}  {source}"
         )
         .expect("a String grows");
+        if !elastic.stiffness().is_isotropic() {
+            let (lateral, e) = (elastic.lateral_speed(), e_r / 1e9);
+            writeln!(text, "{:<31} {lateral:>10.0} {:>18} {e:>8.1} {nu_rt:>6.3}  along r", "", "")
+                .expect("a String grows");
+        }
     }
     text
 }

@@ -5,6 +5,7 @@ use crate::{
     advice::rigidity::Rigidity,
     case::Case,
     geometry::Geometry,
+    grid::Rim,
     units::{Dimension, Scales, Units, engineering, name},
 };
 
@@ -12,6 +13,17 @@ use crate::{
 pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> {
     let Units { length, time, speed, .. } = case.units();
     let [c_p, c_s] = [1.0, case.target.material.shear_wave_speed].map(|c| speed.text(c));
+    let lateral = match case.target.layers[0].stiffness {
+        stiffness if stiffness.is_isotropic() => String::new(),
+        stiffness => format!(" along z, {} along r", speed.text(stiffness.lateral.sqrt())),
+    };
+    let rim = case.target.radius.map_or_else(String::new, |radius| {
+        let rim = match case.target.rim {
+            Rim::Free => "free",
+            Rim::Guided => "guided",
+        };
+        format!(", of radius {} with a {rim} rim", length.text(radius))
+    });
     let target = match case.target.thickness {
         Some(h) => {
             let target = layers::target(case, &length.text(h));
@@ -36,7 +48,8 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
     };
     let density = engineering(scales.density, name(Dimension::Density, case.geometry, true));
     let scales = [Dimension::Length, Dimension::Time, Dimension::Stress, Dimension::Force, Dimension::Energy];
-    let mut rows = vec![("target", format!("{target}; c_p = {c_p}, c_s = {c_s}, density {density}"))];
+    let mut rows =
+        vec![("target", format!("{target}{rim}; c_p = {c_p}{lateral}, c_s = {c_s}, density {density}"))];
     rows.extend(layers::rows(case));
     rows.extend([
         ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),

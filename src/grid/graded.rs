@@ -2,8 +2,20 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Back, Bond, Grid, Layer, MeshKind, Spacing};
 use crate::geometry::Geometry;
+
+/// What holds the rim of a target that ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rim {
+    /// Nothing: it is free of stress.
+    Free,
+    /// A smooth guide, v = 0: plane waves along z run as in a layer without end.
+    Guided,
+}
 
 /// Where the nodes of a graded mesh are.
 #[derive(Clone, Debug)]
@@ -14,6 +26,8 @@ pub(super) struct Positions {
     widths: Vec<f64>,
     /// Depths of the rows of nodes, shape `(nz + 1,)` \[R\].
     pub depths: Vec<f64>,
+    /// Heights of the cells below them, of the last row of a layer 0 \[R\].
+    heights: Vec<f64>,
 }
 
 /// Sizes of neighbouring cells: `near` of them alike, then each by a ratio larger than the one before, up to a largest one.
@@ -52,6 +66,7 @@ impl Grid {
     /// A graded mesh with cells between nodes.
     ///
     /// * `widths`: of the cells from that about the axis outwards, one more than there are nodes: node 0 is half a width from the axis \[R\]
+    /// * `rim`: if the last node stands on the rim of the target: then there is no last cell
     /// * `dt`: time step \[R/c_p\]
     /// * `layers`: heights of the rows of cells of each from the surface down \[R\], and how it is joined to the one above. Above a free
     ///   back half a row more, of the height of the last one, is below them
@@ -66,6 +81,7 @@ impl Grid {
         layers: &[(Vec<f64>, Bond)],
         back: Back,
         is_layer: bool,
+        rim: Option<Rim>,
     ) -> Self {
         let (dr, nr) = (widths[0], widths.len() - 1);
         let rows: Vec<_> = layers.iter().map(|(heights, bond)| (heights.len(), heights[0], *bond)).collect();
@@ -76,19 +92,19 @@ impl Grid {
             *r += width;
             Some(*r)
         }));
-        let mut depths = Vec::new();
-        let mut top = 0.0;
+        let (mut depths, mut all_heights, mut top) = (Vec::new(), Vec::new(), 0.0);
         for (layer, (heights, _)) in grid.layers.iter_mut().zip(layers) {
             layer.top = top;
-            depths.push(top);
-            for height in heights {
-                top += height;
+            for height in heights.iter().chain([&0.0]) {
                 depths.push(top);
+                all_heights.push(*height);
+                top += height;
             }
         }
-        grid.positions = Some(Positions { radii, widths, depths });
-        grid.cells_between_nodes = true;
-        grid.area = (0..nr).map(|i| if i == 0 { grid.cell_area(0) } else { 0.5 * grid.cell_area(i) } + 0.5 * grid.cell_area(i + 1)).collect();
+        grid.positions = Some(Positions { radii, widths, depths, heights: all_heights });
+        (grid.cells_between_nodes, grid.rim) = (true, rim);
+        let inner = |i: usize| if i == 0 { grid.cell_area(0) } else { 0.5 * grid.cell_area(i) };
+        grid.area = (0..nr).map(|i| inner(i) + 0.5 * grid.cell_area(i + 1)).collect();
         grid
     }
 
@@ -107,8 +123,12 @@ impl Grid {
         self.positions.as_ref().map_or(self.dr, |positions| positions.widths[i])
     }
 
-    /// Area of the cell between nodes i−1 and i, `2ρ_ih_i`, plane h_i; that about the axis is half a cell, `(h_0/2)²`, plane h_0/2.
+    /// Area of the cell between nodes i−1 and i, `2ρ_ih_i`, plane h_i; that about the axis is half a cell, `(h_0/2)²`, plane h_0/2. Beyond a
+    /// rim there is none.
     pub fn cell_area(&self, i: usize) -> f64 {
+        if self.rim.is_some() && i == self.nr() {
+            return 0.0;
+        }
         let width = self.width(i);
         let inner = if i == 0 { 0.0 } else { self.r(i - 1) };
         let outer = if i == 0 { 0.5 * width } else { inner + width };
@@ -122,7 +142,7 @@ impl Grid {
     pub fn height(&self, j: usize) -> f64 {
         let layer = self.layer(j);
         let j = j.min(layer.last() - 1);
-        self.positions.as_ref().map_or(layer.dz, |positions| positions.depths[j + 1] - positions.depths[j])
+        self.positions.as_ref().map_or(layer.dz, |positions| positions.heights[j])
     }
 
     /// Depth at `x` axial steps below the first row of a layer \[R\].
@@ -130,7 +150,7 @@ impl Grid {
         let Some(Positions { depths, .. }) = &self.positions else { return layer.top + x * layer.dz };
         let row = (x as usize).min(layer.steps - 1);
         let j = layer.first + row;
-        depths[j] + (x - row as f64) * (depths[j + 1] - depths[j])
+        depths[j] + (x - row as f64) * self.height(j)
     }
 
     /// Axial steps from the first row of a layer down to a depth, the inverse of [`Grid::depth_in`].

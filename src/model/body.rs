@@ -4,10 +4,15 @@
 //! speed c_p and impedance Z has the Courant number `C_j = c_pΔt/Δz_j ≤ 1`, and with `c_i = Δz_j/h_i`
 //!
 //! ```text
-//! W = Σ Z C_j w_i·[½ε² + λεd + ½d² + ½µg² + ½k(a² + b²)]        m_ji = ½Σ (Z/C_j)·½(w_i + w_{i+1})
+//! W = Σ Z C_j w_i·[½ε² + λεd + ½Ad² + ½µg² + ½k_a a² + ½k_b b²]        m_ji = ½Σ (Z/C_j)·½(w_i + w_{i+1})
 //! ```
 //!
-//! (both times Δt), half the mass of every row of cells at either of its rows of nodes. With equal cells and C = 1 that is the scheme of [`super::cells`] but for rounding.
+//! (both times Δt), with the constants of a layer whose axis of symmetry is z, in units of C33: `A = C11`, `λ = C13`, `µ = C44`, `k_a = k(µ)`, `k_b = A·k(µ/A)`; C66 has no
+//! place in it, see [`super::cells`]. Half the mass of every row of cells at either of its rows of nodes. With equal cells and C = 1 that is the scheme of [`super::cells`] but for rounding.
+//!
+//! A target that ends at a rim has its last nodes there, no cell beyond them, and half a cell's mass; on faces and interfaces, where a quarter of a cell
+//! meets the rim, that counts twice (of second order: without it `λ_max Δt²/4` is up to 1.16 there), and columns are wide enough for `0.97h ≥ c_rΔt`, with the speed c_r
+//! of longitudinal waves along r.
 //!
 //! Every weight is a number of the row times a number of the column. Rows are gone through once: the cells of a row give forces to the nodes
 //! above, which are complete with what the cells over them have left, and leave those of the nodes below ([`March`]). Faces, interfaces and the back
@@ -33,18 +38,19 @@ use super::{
 };
 use crate::{
     geometry::Geometry,
-    grid::{Back, Bond, Grid},
+    grid::{Back, Bond, Grid, Rim},
+    material::Stiffness,
 };
 
 /// What a layer is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Impedance Z of longitudinal waves \[γc_p of the struck layer\].
+    /// Impedance Z of longitudinal waves along z \[γc_p of the struck layer\].
     pub impedance: f64,
     /// Their speed \[c_p of the struck layer\].
     pub speed: f64,
-    /// Shear wave speed \[c_p of the struck layer\].
-    pub shear: f64,
+    /// In units of `Z·speed`.
+    pub stiffness: Stiffness,
 }
 
 /// A target on a mesh of any widths and heights.
@@ -74,13 +80,13 @@ struct Constants<N> {
     axial: N,
     /// `λΔz·ZC/4`
     coupled: N,
-    /// `Δz²·ZC/4`
+    /// `AΔz²·ZC/4`
     lateral: N,
     /// `µ·ZC/4`
     shear: N,
-    /// `k·ZC/4`
+    /// `k_a·ZC/4`
     bend: N,
-    /// `kΔz²·ZC/4`
+    /// `k_bΔz²·ZC/4`
     twist: N,
 }
 
@@ -92,10 +98,10 @@ impl Constants<f64> {
             height,
             axial: quarter,
             coupled: medium.lame * height * quarter,
-            lateral: height * height * quarter,
+            lateral: medium.lateral * height * height * quarter,
             shear: medium.shear * quarter,
             bend: medium.hourglass * quarter,
-            twist: medium.hourglass * height * height * quarter,
+            twist: medium.twist * height * height * quarter,
         }
     }
 
@@ -129,6 +135,8 @@ struct Columns {
     flow: [Vec<f64>; 2],
     /// `1/a_i` of u and of v.
     node: [Vec<f64>; 2],
+    /// The same on faces and interfaces: at a free rim half of it.
+    face: [Vec<f64>; 2],
     /// Weights of `√(4σ)·E_r`, of u and of v, if there is damping.
     damping: Option<[RadialWeights<Vec<f64>>; 2]>,
     /// Shares of the inner and this column in the hoop strain in the middle of the cell.
@@ -147,6 +155,8 @@ impl Columns {
         let is_plane = grid.geometry == Geometry::Plane;
         // nothing moves on the axis: D of the first cell is that of a slope from there
         let spread = |i: usize| match (i, is_plane) {
+            // beyond a rim there is no cell
+            (i, _) if grid.rim.is_some() && i == grid.nr() => [0.0; 2],
             (0, true) => [0.0, 2.0 / grid.width(0)],
             (0, false) => [0.0, 4.0 / grid.width(0)],
             (_, true) => [1.0 / grid.width(i); 2],
@@ -162,10 +172,17 @@ impl Columns {
             (_, false) => [1.0 / grid.width(i) - spread(i)[0], spread(i)[1] - 1.0 / grid.width(i)],
         };
         let area = |i: usize| grid.cell_area(i);
-        // v at the axis has half a cell more, by stability
-        let node = |field: usize, i: usize| {
-            let more = if field == 1 && i == 0 && !is_plane { area(0) } else { 0.0 };
-            grid.area[i] + more
+        let last = grid.nr() - 1;
+        // v at the axis has half a cell more, by stability, and no force moves it at a rim that is guided
+        let node = |field: usize, i: usize| match grid.rim {
+            Some(Rim::Guided) if field == 1 && i == last => f64::INFINITY,
+            _ if field == 1 && i == 0 && !is_plane => grid.area[0] + area(0),
+            _ => grid.area[i],
+        };
+        // a quarter of a cell at the corner counts as a half, by stability
+        let face = |field: usize, i: usize| {
+            let share = if grid.rim == Some(Rim::Free) && i == last { 2.0 } else { 1.0 };
+            1.0 / (share * node(field, i))
         };
         let damping = (damping > 0.0).then(|| {
             [0, 1].map(|field| {
@@ -184,10 +201,11 @@ impl Columns {
         Self {
             cells,
             spread: [0, 1].map(|side| array(&|i| spread(i)[side], cells)),
-            slope: array(&|i| 1.0 / grid.width(i), cells),
+            slope: array(&|i| if area(i) > 0.0 { 1.0 / grid.width(i) } else { 0.0 }, cells),
             area: array(&|i| if i == 0 { 2.0 * area(0) } else { area(i) }, cells),
             flow: [0, 1].map(|side| array(&|i| area(i) * spread(i)[side], cells)),
             node: [0, 1].map(|field| array(&|i| 1.0 / node(field, i), cells - 1)),
+            face: [0, 1].map(|field| array(&|i| face(field, i), cells - 1)),
             damping,
             hoop: [0, 1].map(|side| array(&|i| hoop(i)[side], cells)),
         }
@@ -391,7 +409,8 @@ impl March<'_> {
     /// * `left`: what the cells above have left; then those below for the next row
     #[inline(always)]
     fn cells<L: Lane>(&mut self, zero: L, j: usize, constants: &Constants<f64>, left: &mut [Vec<f64>; 2]) {
-        let Columns { cells, node, .. } = &self.body.columns;
+        let Columns { cells, .. } = self.body.columns;
+        let node = self.body.nodes(j);
         let reading = Reading {
             u: [row(&self.now[0], j), row(&self.now[0], j + 1)],
             v: [row(&self.now[1], j), row(&self.now[1], j + 1)],
@@ -406,7 +425,7 @@ impl March<'_> {
         let (u_scale, v_scale) = (zero.splat(1.0 / u_mass[j]), zero.splat(1.0 / v_mass[j]));
         let mut inner = reading.forces(zero, 0);
         let mut i = 0;
-        while i + 1 < *cells {
+        while i + 1 < cells {
             let after = reading.forces(zero, i + L::WIDTH);
             let outer = inner.outer(&after);
             let [u_above, v_above] = Forces::above(&inner, &outer);
@@ -430,7 +449,7 @@ impl March<'_> {
     fn settle(&mut self, field: usize, j: usize, left: &[f64]) {
         let (now, before) = (row(&self.now[field], j), row(&self.before[field], j));
         let scale = 1.0 / self.body.masses[field][j];
-        let node = &self.body.columns.node[field][..now.len()];
+        let node = &self.body.nodes(j)[field][..now.len()];
         let left = &left[..now.len()];
         let next = &mut row_mut(&mut self.next[field], j)[..now.len()];
         let before = &before[..now.len()];
@@ -525,13 +544,13 @@ impl Body {
         let narrowest = (0..grid.nr()).map(|i| grid.width(i)).fold(f64::INFINITY, f64::min);
         let mut media = Vec::new();
         for (material, layer) in layers.iter().zip(&grid.layers) {
-            let Material { impedance, speed, shear } = *material;
-            let medium = Medium::new(speed * dt / narrowest, shear / speed);
+            let Material { impedance, speed, ref stiffness } = *material;
+            let medium = Medium::new(speed * dt / narrowest, stiffness);
             let density = impedance / speed;
             for j in layer.first..layer.last() {
                 let height = grid.height(j);
                 let courant = speed * dt / height;
-                let largest = courant.max(medium.courant);
+                let largest = courant.max(medium.courant * medium.lateral.sqrt());
                 assert!(largest <= 1.0 + ROUNDING, "unstable: Courant number {largest}");
                 rows[j] = Some(Constants::new(&medium, height, impedance * courant));
                 halves[j] = 0.5 * density * height / dt;
@@ -571,6 +590,13 @@ impl Body {
         Reference::new(grid, self, cone, shown)
     }
 
+    /// `1/a_i` of u and of v in row `j`.
+    fn nodes(&self, j: usize) -> &[Vec<f64>; 2] {
+        let Columns { node, face, .. } = &self.columns;
+        let is_face = j == 0 || self.rows[j].is_none() && !self.grid.is_above_free_back(j);
+        if is_face || self.rows[j - 1].is_none() { face } else { node }
+    }
+
     /// How the layer below row `j`, the last of its layer, is joined to it.
     fn bond_below(&self, j: usize) -> Bond {
         self.grid.layers[self.grid.layer_of(j) + 1].bond
@@ -586,9 +612,9 @@ impl Scheme<2> for Body {
         self.instructions.run(March { body: self, before, now, next, rows });
     }
 
-    fn compliance(&self, _i: usize) -> f64 {
+    fn compliance(&self, i: usize) -> f64 {
         // half a row of cells moves with the surface
-        self.grid.dt() / self.halves[0]
+        self.grid.dt() / self.halves[0] * (self.columns.face[0][i] / self.columns.node[0][i])
     }
 
     fn traction(&self, _before: &Level<2>, now: &Level<2>, interface: usize, i: usize) -> [f64; 2] {
@@ -620,8 +646,11 @@ impl Scheme<2> for Body {
                 for (field, (earlier, later)) in earlier.iter().zip(later).enumerate() {
                     for i in 0..self.grid.nr() {
                         let moved = later[[j, i]] - earlier[[j, i]];
-                        energy.kinetic +=
-                            scheme::kinetic_energy(mass / self.columns.node[field][i], moved, dt);
+                        let node = self.nodes(j)[field][i];
+                        // nothing moves in a guide
+                        if node > 0.0 {
+                            energy.kinetic += scheme::kinetic_energy(mass / node, moved, dt);
+                        }
                     }
                 }
             }

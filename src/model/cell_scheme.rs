@@ -10,7 +10,7 @@ use super::{
 use crate::{
     geometry::Geometry,
     grid::{Bond, Grid, Layer},
-    material::Waves,
+    material::{Stiffness, Waves},
 };
 
 /// The scheme of cells on a mesh.
@@ -46,7 +46,7 @@ impl CellScheme {
         assert_eq!(layers.len(), grid.layers.len(), "layers of the mesh");
         let layer = |(waves, layer): (&Waves, &Layer)| {
             let c_p = layer.dz / grid.dt();
-            let medium = Medium::new(layer.dz / grid.dr, waves.shear / c_p);
+            let medium = Medium::new(layer.dz / grid.dr, &Stiffness::isotropic(waves.shear / c_p));
             let weights = cells::column_weights(&grid, &medium);
             CellLayer { waves: *waves, medium, weights, dz: layer.dz, stress: waves.impedance * c_p }
         };

@@ -68,31 +68,49 @@ use super::{
     number::Number,
     scheme::{self, RadialWeights},
 };
-use crate::{geometry::Geometry, grid::Grid};
+use crate::{geometry::Geometry, grid::Grid, material::Stiffness};
 
-/// Constants of the material on a mesh.
+/// Constants of the material on a mesh, in units of its C33.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
-    /// `µ = c_s²` \[γc_p²\]
+    /// `µ = C44`, of isotropic materials c_s² \[γc_p²\].
     pub shear: f64,
-    /// `λ = 1 − 2µ` \[γc_p²\]
+    /// `λ = C13`, of isotropic materials `1 − 2µ` \[γc_p²\].
     pub lame: f64,
-    /// k
+    /// `A = C11`, of isotropic materials 1 \[γc_p²\].
+    pub lateral: f64,
+    /// k, of isotropic materials of both patterns; else k_a.
     pub hourglass: f64,
+    /// k_b
+    pub twist: f64,
     /// `c = Δz/Δr`
     pub courant: f64,
-    /// `1 − λ²`, stiffness of a membrane \[γc_p²\].
+    /// `A − λ²`, stiffness of a membrane \[γc_p²\].
     pub membrane: f64,
+    /// Twice C66 \[γc_p²\].
+    twice_plane: f64,
+    /// `C12 − C13`, 0 of isotropic materials \[γc_p²\].
+    excess: f64,
 }
 
 impl Medium {
     /// * `courant`: `c = Δz/Δr`
-    /// * `c_s`: shear wave speed \[c_p of the layer\], below √3/2
-    pub fn new(courant: f64, c_s: f64) -> Self {
-        let shear = c_s * c_s;
-        let hourglass = (4.0 * shear * (2.0 - shear) / 3.0).min(0.6);
-        let lame = 1.0 - 2.0 * shear;
-        Self { shear, lame, hourglass, courant, membrane: 1.0 - lame * lame }
+    /// * `stiffness`: of an isotropic material, or for [`super::body`]
+    pub fn new(courant: f64, stiffness: &Stiffness) -> Self {
+        let Stiffness { lateral, coupled: lame, shear, plane } = *stiffness;
+        let hourglass = |shear: f64| (4.0 * shear * (2.0 - shear) / 3.0).min(0.6);
+        let excess = if stiffness.is_isotropic() { 0.0 } else { lateral - 2.0 * plane - lame };
+        Self {
+            shear,
+            lame,
+            lateral,
+            hourglass: hourglass(shear),
+            twist: lateral * hourglass(shear / lateral),
+            courant,
+            membrane: lateral - lame * lame,
+            twice_plane: 2.0 * plane,
+            excess,
+        }
     }
 }
 
@@ -490,14 +508,14 @@ impl Strain {
         }
     }
 
-    /// The stresses, by Hooke's law with λ + 2µ = 1.
+    /// The stresses, by Hooke's law with C33 = 1; of lateral strains `σ_rr = A(ε_rr + ε_θθ) − 2C66ε_θθ`, `σ_θθ = C12ε_rr + Aε_θθ`.
     pub fn stress(&self, medium: &Medium) -> Stress {
         let Self { axial, lateral, hoop, shear } = *self;
-        let Medium { shear: mu, lame, .. } = *medium;
+        let Medium { shear: mu, lame, lateral: a, twice_plane, excess, .. } = *medium;
         Stress {
             zz: axial + lame * lateral,
-            rr: lame * axial + lateral - 2.0 * mu * hoop,
-            tt: lame * (axial + lateral) + 2.0 * mu * hoop,
+            rr: lame * axial + a * lateral - twice_plane * hoop,
+            tt: lame * (axial + lateral) + excess * lateral + twice_plane * hoop,
             rz: mu * shear,
         }
     }
@@ -604,8 +622,8 @@ pub fn largest_strain(
 ///
 /// * `weight`: `w/Δz`
 pub fn strain_energy(earlier: CellStrains, later: CellStrains, weight: f64, medium: &Medium) -> f64 {
-    let Medium { shear, lame, hourglass, .. } = *medium;
-    let factors = [1.0, 1.0, shear, hourglass, hourglass];
+    let Medium { shear, lame, lateral, hourglass, twist, .. } = *medium;
+    let factors = [1.0, lateral, shear, hourglass, twist];
     let squares: f64 =
         factors.into_iter().enumerate().map(|(n, factor)| factor * earlier[n] * later[n]).sum();
     0.5 * weight * (squares + lame * (earlier[0] * later[1] + earlier[1] * later[0]))

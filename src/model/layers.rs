@@ -15,8 +15,8 @@ use super::{
 };
 use crate::{
     geometry::Geometry,
-    grid::{Back, Bond, Grid, MeshKind, Spacing},
-    material::Waves,
+    grid::{Back, Bond, Grid, MeshKind, Rim, Spacing},
+    material::{Stiffness, Waves},
 };
 
 mod stability;
@@ -46,7 +46,7 @@ impl Stack {
     /// A mesh of `nr` columns, as dense as the faster of the speeds allows.
     ///
     /// * `speed`: along r, of a layer
-    fn grid(&self, nr: usize, speed: impl Fn(&Ply) -> f64) -> Grid {
+    fn grid(&self, nr: usize, speed: impl FnMut(&Ply) -> f64) -> Grid {
         let dr = DT * self.plies.iter().map(speed).fold(0.0, f64::max);
         let spacing = Spacing { dr, dz: DT, layer_rows: Some(1) };
         let layers: Vec<_> = self.plies.iter().map(|ply| (ply.steps, ply.c_p * DT, ply.bond)).collect();
@@ -68,8 +68,24 @@ impl Stack {
     }
 
     /// A mesh with cells between nodes whose widths and heights are those of [`Stack::full`] times `stretch` of a number, at least 1.
-    pub fn body(&self, nr: usize, damping: f64, mut stretch: impl FnMut(usize) -> f64) -> (Grid, Body) {
-        let uniform = self.grid(nr, |ply| ply.c_p);
+    pub fn body(&self, nr: usize, damping: f64, stretch: impl FnMut(usize) -> f64) -> (Grid, Body) {
+        let stiffness = |ply: &Ply| Stiffness::isotropic(ply.c_s / ply.c_p);
+        let stiffness: Vec<_> = self.plies.iter().map(stiffness).collect();
+        self.anisotropic(&stiffness, None, nr, damping, stretch)
+    }
+
+    /// The same of layers of other stiffness, with or without a rim.
+    fn anisotropic(
+        &self,
+        stiffness: &[Stiffness],
+        rim: Option<Rim>,
+        nr: usize,
+        damping: f64,
+        mut stretch: impl FnMut(usize) -> f64,
+    ) -> (Grid, Body) {
+        let mut lateral = stiffness.iter().map(|stiffness| stiffness.lateral.sqrt());
+        let slack = if rim == Some(Rim::Free) { 0.97 } else { 1.0 };
+        let uniform = self.grid(nr, |ply| ply.c_p * lateral.next().unwrap_or(1.0) / slack);
         let widths = (0..=nr).map(|i| uniform.dr * stretch(i)).collect();
         let mut j = 0;
         let layers: Vec<(Vec<f64>, Bond)> = self
@@ -83,9 +99,13 @@ impl Stack {
                 (heights.collect(), ply.bond)
             })
             .collect();
-        let grid = Grid::graded(self.geometry, widths, DT, &layers, self.back, true);
-        let material = |ply: &Ply| Material { impedance: ply.impedance, speed: ply.c_p, shear: ply.c_s };
-        let materials: Vec<_> = self.plies.iter().map(material).collect();
+        let grid = Grid::graded(self.geometry, widths, DT, &layers, self.back, true, rim);
+        let material = |(ply, stiffness): (&Ply, &Stiffness)| Material {
+            impedance: ply.impedance,
+            speed: ply.c_p,
+            stiffness: *stiffness,
+        };
+        let materials: Vec<_> = self.plies.iter().zip(stiffness).map(material).collect();
         (grid.clone(), Body::new(grid, &materials, damping, Instructions::detect()))
     }
 

@@ -382,6 +382,10 @@ fn layer_entries(case: &Case) -> BTreeMap<String, String> {
         put("density", (density * layer.density).to_string());
         put("wave_speed", speed.of(layer.wave_speed).to_string());
         put("shear_wave_speed", speed.of(layer.waves.shear).to_string());
+        if !layer.stiffness.is_isotropic() {
+            let lateral = layer.wave_speed * layer.stiffness.lateral.sqrt();
+            put("lateral_wave_speed", speed.of(lateral).to_string());
+        }
         put("impedance", (density * speed.scale * layer.waves.impedance).to_string());
         put("rows", rows.steps.to_string());
         put("speed_change", sizes.speed_change.to_string());

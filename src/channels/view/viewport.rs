@@ -232,6 +232,10 @@ fn face(shape: &Shape, head: &Head, reach: f64, exaggeration: f64) -> Vec<[f64; 
 /// Waves of the edge: in the simplified theory one, with c_s along r and c_p along z, in the full theory P and S waves.
 fn waves(case: &Case, shape: &Shape) -> Vec<EdgeWave> {
     let c_s = case.target.material.shear_wave_speed;
+    // in other materials fronts are no circles
+    if !case.target.layers[0].stiffness.is_isotropic() {
+        return Vec::new();
+    }
     let speeds = match case.model {
         ModelKind::Rakhmatulin => vec![[c_s, 1.0]],
         ModelKind::Elastic => vec![[1.0, 1.0], [c_s, c_s]],
