@@ -8,7 +8,7 @@
 //! * `document`, `errors`: TOML text with spans; problems and their places
 //! * [`keys`]: the table of all keys: kind, range, default, which cases have it, meaning; `bounds`, `quantity`: of its numbers
 //! * `values`, `system`, `scales`: the loop that reads them, dimensionless or physical
-//! * `read`, `target`, `indenter`, `profile`, `gauges`: rules between keys, as functions on the values, and the case made of them
+//! * `read`, `target`, `indenter`, `striker`, `profile`, `gauges`: rules between keys, as functions on the values, and the case made of them
 //! * `parameters`: the data of a case; `sizes`, `rows`, `frames`, `density`: what is derived
 //! * `resolved`: the values back to TOML, with nothing left implicit
 //!
@@ -38,6 +38,7 @@ mod resolved;
 mod rows;
 mod scales;
 mod sizes;
+mod striker;
 mod system;
 mod target;
 mod values;
@@ -48,8 +49,8 @@ pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
 pub use grading::GradingFacts;
 pub use parameters::{
-    Body, GradedSizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target,
-    TargetLayer, ViewChannel,
+    Body, BodySizes, GradedSizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop,
+    Striker, Target, TargetLayer, ViewChannel,
 };
 pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;

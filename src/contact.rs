@@ -1,4 +1,4 @@
-//! Contact between a rigid indenter and the surface: the rules, the active set, the drag.
+//! Contact between an indenter and the surface: the rules, the active set, the drag.
 //!
 //! In every step the contact takes the free surface that a model predicts and finds the pressure that satisfies the
 //! rule. A node in contact follows the indenter, `u^{k+1} = w^{k+1} − f`, under the pressure
@@ -69,6 +69,17 @@ pub struct ContactState {
     pub nodes: usize,
 }
 
+/// The lower face of an indenter that gives.
+#[derive(Debug)]
+pub struct Nose<'a> {
+    /// Its nodes, displacements into the indenter and in a frame that flies on with V0.
+    pub surface: &'a mut Surface,
+    /// Areas of the nodes \[R²; plane R\].
+    pub area: &'a [f64],
+    /// Depth of that frame at levels k and k+1 \[R\].
+    pub flight: [f64; 2],
+}
+
 /// The contact between one shape and the nodes of one surface.
 #[derive(Clone, Debug)]
 pub struct Contact {
@@ -96,6 +107,7 @@ pub struct Contact {
 impl Contact {
     /// A contact at t = 0: surface at rest, indenter touching it at r = 0 and moving with V0.
     ///
+    /// * `nr`: nodes of the indenter or the target, whichever are fewer
     /// * `velocity`: V0 \[c_p\]
     /// * `wave_speed`: of waves along the surface, c_s \[c_p\]
     pub fn new(
@@ -103,10 +115,10 @@ impl Contact {
         shape: Shape,
         geometry: Geometry,
         grid: &Grid,
+        nr: usize,
         velocity: f64,
         wave_speed: f64,
     ) -> Self {
-        let nr = grid.nr();
         let step = velocity * grid.dt();
         let half_width = if rule == Rule::Bilateral { 0.0 } else { HALF_WIDTH * step };
         let slowness = velocity / wave_speed;
@@ -120,7 +132,7 @@ impl Contact {
             rule,
             geometry,
             area: grid.area.clone(),
-            r: (0..nr).map(|i| grid.r(i)).collect(),
+            r: (0..grid.nr()).map(|i| grid.r(i)).collect(),
             dr: grid.dr,
             // u = 0 and w^{−1} = −V0·Δt, w^0 = 0
             gap_before: profile.iter().map(|f| f + step).collect(),
@@ -220,28 +232,99 @@ impl Contact {
     /// Moves the surface to level k+1 under its pressure, the indenter being at `next_depth`.
     fn displace(&mut self, next_depth: f64, surface: &mut Surface, state: &mut ContactState) {
         surface.displacement.copy_from_slice(&surface.free);
-        state.contact_radius = self.edge(state.depth, surface);
+        state.contact_radius = self.edge(|_| state.depth, surface);
         for i in 0..self.profile.len() {
-            let pressure = surface.pressure[i];
-            let in_contact = self.rule == Rule::Bilateral || pressure > 0.0;
-            let (imposed, is_full) = self.imposed(i, next_depth, &surface.free);
+            let in_contact = self.is_loaded(surface.pressure[i]);
+            let (imposed, is_full) = self.imposed(i, |_| next_depth, &surface.free);
             if in_contact {
                 surface.displacement[i] = imposed.penetration;
-                state.nodes += 1;
-                surface.loaded = surface.loaded.max(i + 1);
             }
-            let next_gap = if in_contact && is_full {
-                0.0
-            } else {
-                surface.displacement[i] + self.profile[i] - next_depth
-            };
-            // ½ p (g^{k−1} − g^{k+1}): energy that the half cell loses when it hits the indenter and sticks to it
-            state.dissipated += 0.5 * self.area[i] * pressure * (self.gap_before[i] - next_gap);
-            // partial contact can still open without tension
-            self.in_contact[i] = in_contact && (is_full || self.in_contact[i]);
-            self.gap_before[i] = self.gap[i];
-            self.gap[i] = next_gap;
+            let next_gap = surface.displacement[i] + self.profile[i] - next_depth;
+            self.touch(i, in_contact, is_full, next_gap, surface, state);
         }
+    }
+
+    /// True if a node under a pressure is in contact.
+    fn is_loaded(&self, pressure: f64) -> bool {
+        self.rule == Rule::Bilateral || pressure > 0.0
+    }
+
+    /// Notes what became of node `i` in a step.
+    ///
+    /// * `next_gap`: at level k+1, but for rounding where the contact is full
+    fn touch(
+        &mut self,
+        i: usize,
+        in_contact: bool,
+        is_full: bool,
+        next_gap: f64,
+        surface: &mut Surface,
+        state: &mut ContactState,
+    ) {
+        if in_contact {
+            state.nodes += 1;
+            surface.loaded = surface.loaded.max(i + 1);
+        }
+        let next_gap = if in_contact && is_full { 0.0 } else { next_gap };
+        // ½ p (g^{k−1} − g^{k+1}): energy that the half cell loses when it hits the indenter and sticks to it
+        state.dissipated += 0.5 * self.area[i] * surface.pressure[i] * (self.gap_before[i] - next_gap);
+        // partial contact can still open without tension
+        self.in_contact[i] = in_contact && (is_full || self.in_contact[i]);
+        self.gap_before[i] = self.gap[i];
+        self.gap[i] = next_gap;
+    }
+
+    /// [`Contact::step`] with an indenter that gives, whose nodes stand on the same radii.
+    ///
+    /// ```text
+    /// pen_i = w_flight − s_i − f(r_i) − u_i        F_i = pen_i/(C_t,i/a_t,i + C_s,i/a_s,i)        of free surfaces at level k+1
+    /// ```
+    ///
+    /// with the compliances C per pressure and the areas a of both surfaces' nodes, whose forces are in balance, not pressures: areas differ at a rim. It
+    /// stays local, as no node's force moves another one in a step. In partial contact the penetration is an average as under a rigid indenter.
+    ///
+    /// * `nose`: lower face of the indenter, its displacements into it and in a frame that flies on with V0
+    /// * `flight`: that frame, [`Indenter::free_depth`] of one without drag
+    /// * `indenter`: centre of mass
+    pub fn step_elastic(
+        &mut self,
+        surface: &mut Surface,
+        nose: &mut Nose<'_>,
+        indenter: &mut Indenter,
+    ) -> ContactState {
+        let Nose { surface: striker, area, flight: [flight, next_flight] } = nose;
+        let mut state = ContactState { depth: indenter.depth(), ..ContactState::default() };
+        let zone = 0..self.profile.len();
+        striker.displacement.copy_from_slice(&striker.free);
+        for i in zone.clone() {
+            let (imposed, _) = self.imposed(i, |i| *next_flight - striker.free[i], &surface.free);
+            let penetration = imposed.penetration - surface.free[i];
+            let compliance = surface.compliance[i] / self.area[i] + striker.compliance[i] / area[i];
+            let force = penetration / compliance;
+            // NaN stays NaN, to be reported
+            let force = if self.rule == Rule::Unilateral && force <= 0.0 { 0.0 } else { force };
+            surface.pressure[i] = force / self.area[i];
+            striker.pressure[i] = force / area[i];
+            state.drag += force;
+        }
+        state.velocity = indenter.advance(state.drag);
+        if indenter.is_driven() {
+            state.work = state.drag * (*next_flight - *flight);
+        }
+        state.extended = self.extended(&surface.pressure);
+        surface.displacement.copy_from_slice(&surface.free);
+        state.contact_radius = self.edge(|i| *flight - striker.free[i], surface);
+        for i in zone {
+            let in_contact = self.is_loaded(surface.pressure[i]);
+            let (_, is_full) = self.imposed(i, |i| *next_flight - striker.free[i], &surface.free);
+            surface.displacement[i] += surface.compliance[i] * surface.pressure[i];
+            striker.displacement[i] += striker.compliance[i] * striker.pressure[i];
+            let next_depth = *next_flight - striker.displacement[i];
+            let next_gap = surface.displacement[i] + self.profile[i] - next_depth;
+            self.touch(i, in_contact, is_full, next_gap, surface, &mut state);
+            striker.loaded = surface.loaded;
+        }
+        state
     }
 
     /// Radius r* at which the contact ends: where the penetration of the free surface, `w^k − f − u_free^{k+1}`, linear between the
@@ -250,14 +333,14 @@ impl Contact {
     /// In contact the penetration is the pressure times the compliance, less what the indenter moves in a step; beside it, minus the
     /// gap. Over a surface at rest it is `w − f`, whose zero is the edge of a contact that outruns waves.
     ///
-    /// * `depth`: w^k of the indenter \[R\]
-    fn edge(&self, depth: f64, surface: &Surface) -> f64 {
+    /// * `depth`: w^k of the indenter over each node \[R\]
+    fn edge(&self, depth: impl Fn(usize) -> f64, surface: &Surface) -> f64 {
         let nodes = self.profile.len();
         let outermost = |i: usize| (self.r[i] + 0.5 * self.dr).min(self.shape.radius());
         if self.rule == Rule::Bilateral {
             return outermost(nodes - 1);
         }
-        let penetration = |i: usize| depth - self.profile[i] - surface.free[i];
+        let penetration = |i: usize| depth(i) - self.profile[i] - surface.free[i];
         let is_in_contact =
             |&i: &usize| surface.pressure[i] > 0.0 && (self.in_contact[i] || penetration(i) >= 0.0);
         let Some(last) = (0..nodes).rev().find(is_in_contact) else { return 0.0 };
@@ -336,7 +419,7 @@ mod tests {
         let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Matched, spacing, 10, 10);
         let mut surface = Surface::new(10);
         surface.compliance.fill(2.0 * DT);
-        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 1.0, 0.5);
+        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 10, 1.0, 0.5);
         (contact, surface, Indenter::new(mass, 1.0, DT))
     }
 

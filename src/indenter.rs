@@ -1,4 +1,4 @@
-//! The rigid body: mass, displacement and velocity. It knows nothing of shapes, contact or the target.
+//! The rigid body, or the centre of mass of one that gives: mass, displacement and velocity. It knows nothing of shapes, contact or the target.
 
 use std::io;
 
@@ -77,6 +77,11 @@ impl Indenter {
         };
         self.motion.step += 1;
         0.5 * (before + self.motion.half_velocity)
+    }
+
+    /// Velocity at the current half step \[c_p\].
+    pub fn half_velocity(&self) -> f64 {
+        self.motion.half_velocity
     }
 
     /// Writes what changes from step to step.

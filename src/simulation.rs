@@ -34,6 +34,9 @@ use crate::{
 };
 
 mod state;
+mod striker;
+
+use striker::Striker;
 
 /// Error that prevents a run from continuing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -81,7 +84,9 @@ pub struct Simulation {
     model: Box<dyn Model<Step>>,
     surface: Surface,
     contact: Contact,
+    /// The indenter, of one that gives the centre of mass.
     indenter: Indenter,
+    striker: Option<Striker>,
     watch: Watch,
     balance: EnergyBalance,
     /// Displacement of the surface at levels k−1 and k \[R\].
@@ -111,6 +116,8 @@ struct Step {
     view: View<'static>,
     /// Energy balance and kinetic energy of the indenter before and after the step.
     balances: [(EnergyBalance, f64); 2],
+    /// What an indenter that gives shows, and the depth of the frame that its displacements are in.
+    striker: Option<(CompletedStep<()>, f64)>,
 }
 
 /// What advances the target.
@@ -148,17 +155,20 @@ impl Simulation {
 
     /// Sets up a case under an engine.
     pub fn with_engine(case: &Case, engine: Engine) -> Self {
-        Self::with_model(case, model(case, engine, coverage(case)))
+        let striker = Striker::of(case, instructions(engine));
+        Self::with_model(case, model(case, engine, coverage(case)), striker)
     }
 
-    fn with_model(case: &Case, model: Box<dyn Model<Step>>) -> Self {
+    fn with_model(case: &Case, model: Box<dyn Model<Step>>, striker: Option<Striker>) -> Self {
         let (sizes, grid) = (&case.sizes, case.grid());
         let velocity = case.impact.velocity;
         let wave_speed = case.surface_speed();
         let is_damped = case.mesh.damping > 0.0;
-        let indenter = Indenter::new(case.indenter.mass, velocity, grid.dt());
+        let mass = striker.as_ref().map_or(case.indenter.mass, Striker::mass);
+        let indenter = Indenter::new(mass, velocity, grid.dt());
         let rule = case.impact.contact;
-        let contact = Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed);
+        let columns = striker.as_ref().map_or(grid.nr(), |striker| striker.columns().min(grid.nr()));
+        let contact = Contact::new(rule, case.shape(), case.geometry, &grid, columns, velocity, wave_speed);
         Self {
             surface: Surface::new(grid.nr()),
             watch: Watch::new(grid.dr / wave_speed, rule, case.units(), contact.turn()),
@@ -180,6 +190,7 @@ impl Simulation {
             probes: case.record.probes.clone(),
             radii: grid.radii(),
             indenter,
+            striker,
             model,
             frames: case.frames(),
             interface_every: case.record.interface_every,
@@ -230,9 +241,13 @@ impl Simulation {
         let step = self.next_step;
         let time = step as f64 * self.grid.dt();
 
-        let before = (self.balance, self.indenter.kinetic_energy());
+        let before = (self.balance, self.indenter_energy());
         self.model.predict(&mut self.surface);
-        let state = self.contact.step(&mut self.surface, &mut self.indenter);
+        let (contact, surface, indenter) = (&mut self.contact, &mut self.surface, &mut self.indenter);
+        let state = match &mut self.striker {
+            None => contact.step(surface, indenter),
+            Some(striker) => striker.step(contact, surface, indenter),
+        };
         if !state.drag.is_finite() {
             return Err(self.not_finite(step));
         }
@@ -244,8 +259,12 @@ impl Simulation {
             return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
         let on_target = self.work_on_target();
-        self.balance.add(&state, on_target);
-        let after = (self.balance, self.indenter.kinetic_energy());
+        let on_striker = match &self.striker {
+            Some(striker) if self.balance.is_damped => striker.work(),
+            _ => 0.0,
+        };
+        self.balance.add(&state, on_target + on_striker);
+        let after = (self.balance, self.indenter_energy());
 
         self.observe_strain(step, time);
         let grid = &self.grid;
@@ -255,7 +274,7 @@ impl Simulation {
         self.rebound = (state.nodes == 0 && state.velocity * v0 < 0.0).then(|| (state.velocity / v0).powi(2));
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
-        let view = self.view(step, time, &state, events);
+        let mut view = self.view(step, time, &state, events);
         for &r in &self.probes {
             let node = self.grid.place(r).round().max(0.0) as usize;
             if node < self.grid.nr() {
@@ -265,9 +284,24 @@ impl Simulation {
         }
         let frame = self.frames.contain(step) || view.is_last && self.frames.count() > 0;
         let lines = step.is_multiple_of(self.interface_every) || view.is_last;
-        let step = Step { view, balances: [before, after] };
-        self.model.advance(&self.surface, step, Request { frame, lines });
+        let request = Request { frame, lines };
+        let striker = self.striker.as_mut().map(|striker| {
+            let flight = striker.flight();
+            let (completed, motion) = striker.advance(request);
+            view.striker = Some(motion);
+            (completed, flight)
+        });
+        let step = Step { view, balances: [before, after], striker };
+        self.model.advance(&self.surface, step, request);
         Ok(())
+    }
+
+    /// Kinetic energy of the indenter; of one that gives, without that of its motion in the frame that flies on.
+    fn indenter_energy(&self) -> f64 {
+        match &self.striker {
+            None => self.indenter.kinetic_energy(),
+            Some(striker) => striker.centre_energy(&self.indenter),
+        }
     }
 
     /// Work of the pressure on the target during a step, `½ Σ a_i p_i (u_i^{k+1} − u_i^{k−1})` \[πR³γc_p²; plane R²γc_p²\]; 0 where
@@ -306,6 +340,7 @@ impl Simulation {
             contact_radius: state.contact_radius,
             velocity: state.velocity,
             depth: state.depth,
+            striker: None,
             events: events.into(),
             frame: None,
             gauges: None,
@@ -315,15 +350,27 @@ impl Simulation {
     /// A step with its frame and gauges.
     fn show(
         &mut self,
-        CompletedStep { step: Step { mut view, balances }, frame, gauges, tensions }: CompletedStep<Step>,
+        completed: CompletedStep<Step>,
     ) -> Result<View<'static>, SimulationError> {
+        let CompletedStep { step, mut frame, mut gauges, tensions } = completed;
+        let Step { mut view, balances, striker: shown } = step;
+        let mut striker = None;
+        if let (Some(body), Some((shown, flight))) = (&self.striker, shown) {
+            gauges = Some(body.join_gauges(gauges, shown.gauges, flight));
+            if let (Some(target), Some(above)) = (frame, shown.frame) {
+                striker = Some(above.energy);
+                frame = Some(body.join(target, above, flight));
+            } else {
+                frame = None;
+            }
+        }
         view.gauges = gauges.map(Arc::new);
         if !tensions.is_empty() {
             let events = tensions.iter().map(|tension| self.tension(view.time, tension));
             view.events = events.chain(view.events.iter().cloned()).collect();
         }
         let Some(fields) = frame else { return Ok(view) };
-        let [before, after] = at_half_steps(balances, fields.energy);
+        let [before, after] = at_half_steps(balances, fields.energy, striker);
         let energy = mean(before, after);
         if !(energy.kinetic + energy.strain).is_finite() {
             self.is_interrupted = true;
@@ -352,6 +399,10 @@ impl Simulation {
     pub(crate) fn validity(&mut self) -> Validity {
         let mut validity = self.validity.clone();
         let peak = self.model.strain_peak();
+        let peak = match self.striker.as_mut().map(Striker::strain_peak) {
+            Some(above) if above.strain > peak.strain => above,
+            _ => peak,
+        };
         validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), (peak.r, peak.z));
         validity.rebound = self.rebound;
         let EnergyBalance { initial, dissipated, .. } = self.balance;
@@ -382,7 +433,8 @@ impl Simulation {
     /// What is not finite, seen at a step.
     fn not_finite(&mut self, step: u64) -> SimulationError {
         let bad = self.surface.pressure.iter().position(|p| !p.is_finite());
-        let (quantity, place) = match (bad, self.model.find_non_finite()) {
+        let in_striker = self.striker.as_mut().and_then(Striker::find_non_finite);
+        let (quantity, place) = match (bad, self.model.find_non_finite().or(in_striker)) {
             (Some(i), _) => ("interface stress", Some((self.grid.r(i), 0.0))),
             (None, Some(place)) => ("displacement", Some(place)),
             (None, None) => ("energy", None),
@@ -393,7 +445,9 @@ impl Simulation {
 
     fn observe_strain(&mut self, step: u64, time: f64) {
         let pressure = &self.surface.pressure[..self.surface.loaded];
-        let (strain, column) = self.model.surface_strain(pressure);
+        let below = self.model.surface_strain(pressure);
+        let above = self.striker.as_ref().map_or((0.0, 0), Striker::nose_strain);
+        let (strain, column) = if above.0 > below.0 { above } else { below };
         self.validity.observe_strain(strain, step, time, (self.grid.r(column), 0.0));
         for (i, p) in pressure.iter().enumerate() {
             self.validity.observe_pressure(p.abs(), step, time, self.grid.r(i));
@@ -439,23 +493,28 @@ fn coverage(case: &Case) -> Coverage {
     }
 }
 
+/// Instructions of an engine.
+fn instructions(engine: Engine) -> Instructions {
+    match engine {
+        Engine::Blocked => Instructions::detect(),
+        Engine::Reference => Instructions::BASELINE,
+    }
+}
+
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
     let strained = (!case.sizes.layer && case.is_tiled()).then(|| dependence(case, case.sizes.strained));
     let shown = Sampling {
         frames: case.frame_fields(),
-        gauges: case.gauges(),
+        gauges: striker::beside(case.gauges()),
         strained,
         tension: Some(case.record.layer_tension),
     };
     let waves = case.waves();
     match case.model {
         _ if !case.is_tiled() => {
-            let instructions = match engine {
-                Engine::Blocked => Instructions::detect(),
-                Engine::Reference => Instructions::BASELINE,
-            };
-            let body = Body::new(case.grid(), &case.materials(), case.mesh.damping, instructions);
+            let materials = case.materials(&case.target, &case.sizes.layers);
+            let body = Body::new(case.grid(), &materials, case.mesh.damping, instructions(engine));
             Box::new(body.at_rest(shown))
         }
         ModelKind::Rakhmatulin => {
@@ -481,17 +540,17 @@ struct EnergyBalance {
     initial: f64,
     work: f64,
     dissipated: f64,
-    /// Work of the pressure on the target, if the scheme damps waves.
-    on_target: f64,
+    /// Work of the pressure on the target, and on an indenter that gives, if the scheme damps waves.
+    on_bodies: f64,
     /// True if the scheme damps waves.
     is_damped: bool,
 }
 
 impl EnergyBalance {
-    fn add(&mut self, state: &ContactState, on_target: f64) {
+    fn add(&mut self, state: &ContactState, on_bodies: f64) {
         self.work += state.work;
         self.dissipated += state.dissipated;
-        self.on_target += on_target;
+        self.on_bodies += on_bodies;
     }
 
     /// The energy balance at a half step.
@@ -502,20 +561,30 @@ impl EnergyBalance {
     /// damping nothing is left over that could show an error, and there is no residual.
     ///
     /// * `indenter`: kinetic energy of the indenter
-    fn at_half_step(&self, target: TargetEnergy, indenter: f64) -> Energy {
+    /// * `striker`: of an indenter that gives, in the frame that flies on
+    fn at_half_step(&self, target: TargetEnergy, indenter: f64, striker: Option<TargetEnergy>) -> Energy {
         let TargetEnergy { kinetic, strain } = target;
         let (work, dissipated) = (self.work, self.dissipated);
-        let damped = if self.is_damped { self.on_target - (kinetic + strain) } else { 0.0 };
+        let inside = striker.map_or(0.0, |striker| striker.kinetic + striker.strain);
+        let damped = if self.is_damped { self.on_bodies - (kinetic + strain + inside) } else { 0.0 };
+        let striker = striker.map(|inside| TargetEnergy { kinetic: indenter + inside.kinetic, ..inside });
+        let indenter = indenter + inside;
         let residual =
             (!self.is_damped).then_some(self.initial + work - (kinetic + strain + indenter + dissipated));
-        Energy { kinetic, strain, indenter, dissipated, damped, work, residual }
+        Energy { kinetic, strain, indenter, striker, dissipated, damped, work, residual }
     }
 }
 
 /// The energy at the half steps before and after a step, from balances with the kinetic energy of the indenter.
-fn at_half_steps(balances: [(EnergyBalance, f64); 2], target: [TargetEnergy; 2]) -> [Energy; 2] {
-    let [(before, indenter), (after, next_indenter)] = balances;
-    [before.at_half_step(target[0], indenter), after.at_half_step(target[1], next_indenter)]
+fn at_half_steps(
+    balances: [(EnergyBalance, f64); 2],
+    target: [TargetEnergy; 2],
+    striker: Option<[TargetEnergy; 2]>,
+) -> [Energy; 2] {
+    [0, 1].map(|side| {
+        let (balance, indenter) = balances[side];
+        balance.at_half_step(target[side], indenter, striker.map(|striker| striker[side]))
+    })
 }
 
 /// Mean of the energy before and after a step: the energy at its level.
@@ -525,6 +594,10 @@ fn mean(a: Energy, b: Energy) -> Energy {
         kinetic: half(a.kinetic, b.kinetic),
         strain: half(a.strain, b.strain),
         indenter: half(a.indenter, b.indenter),
+        striker: a.striker.zip(b.striker).map(|(a, b)| TargetEnergy {
+            kinetic: half(a.kinetic, b.kinetic),
+            strain: half(a.strain, b.strain),
+        }),
         dissipated: half(a.dissipated, b.dissipated),
         damped: half(a.damped, b.damped),
         work: half(a.work, b.work),
@@ -617,7 +690,7 @@ mod tests {
             simulation.compute().expect("a sound case");
             let CompletedStep { step, frame, .. } = simulation.model.next(true).expect("the step");
             let target = frame.expect("every step is a frame").energy;
-            let [before, after] = at_half_steps(step.balances, target);
+            let [before, after] = at_half_steps(step.balances, target, None);
             if let Some(Energy { kinetic, strain, .. }) = last {
                 let pairs = [(kinetic, before.kinetic), (strain, before.strain)];
                 assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{last:?} {before:?}");

@@ -8,7 +8,7 @@ use std::sync::Arc;
 pub use crate::contact::event::{Event, EventKind};
 use crate::{
     grid::place,
-    model::{self, GaugeValues},
+    model::{self, GaugeValues, TargetEnergy},
 };
 
 /// One step k of a simulation or of a closed form.
@@ -30,12 +30,23 @@ pub struct View<'a> {
     pub velocity: f64,
     /// Displacement w^k of the indenter \[R\].
     pub depth: f64,
+    /// Motion of the ends of an indenter that gives, whose centre of mass the velocity and displacement above are of.
+    pub striker: Option<StrikerMotion>,
     /// Events of this step.
     pub events: Arc<[Event]>,
     /// Fields and energy, on steps that are frames.
     pub frame: Option<Frame>,
     /// Points and lines in the target, where a computed case records any.
     pub gauges: Option<Arc<GaugeValues>>,
+}
+
+/// Motion of an indenter that gives, on the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrikerMotion {
+    /// Velocity of the nose into the target \[c_p\].
+    pub nose: f64,
+    /// Velocity of the rear \[c_p\].
+    pub rear: f64,
 }
 
 /// Interface stress at the nodes of the surface.
@@ -80,8 +91,10 @@ pub struct Energy {
     pub kinetic: f64,
     /// Strain energy of the target.
     pub strain: f64,
-    /// Kinetic energy of an indenter of finite mass.
+    /// Kinetic energy of an indenter of finite mass; all of the energy of one that gives.
     pub indenter: f64,
+    /// The parts of that; of a half-space they are those of its motion beside V0.
+    pub striker: Option<TargetEnergy>,
     /// Energy dissipated so far by the impact of surface nodes on the indenter.
     pub dissipated: f64,
     /// Energy taken out so far by the damping of waves that the mesh does not resolve.
@@ -122,6 +135,7 @@ impl View<'_> {
             contact_radius: self.contact_radius,
             velocity: self.velocity,
             depth: self.depth,
+            striker: self.striker,
             events: Arc::clone(&self.events),
             frame: self.frame.clone(),
             gauges: self.gauges.clone(),

@@ -54,6 +54,9 @@ pub struct Rigidity {
 impl Rigidity {
     /// That of a case; `None` unless both materials are known.
     pub fn of(case: &Case) -> Option<Self> {
+        if case.indenter.striker.is_some() {
+            return None;
+        }
         let modulus = case.indenter.material?.elastic().contact_modulus();
         let modulus_ratio = case.target.material.si?.contact_modulus() / modulus;
         let exponent = match (case.geometry, &case.indenter.head) {

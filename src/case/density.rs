@@ -2,7 +2,7 @@
 
 use super::{GradedSizes, Parameters};
 use crate::{
-    grid::place,
+    grid::{Grid, place},
     model::{Extent, FrameFields},
     shape::Shape,
 };
@@ -20,6 +20,17 @@ const STEP_SAMPLES: usize = 32;
 const SHOWN_THICKNESSES: f64 = 3.0;
 /// Part of a column by which a radius may miss it: radii of physical cases are converted.
 const ROUNDING: f64 = 1e-6;
+
+/// Nodes that fields show, of an indenter that gives from its rear to its nose before those of the target.
+#[derive(Clone, Debug)]
+pub struct ShownNodes {
+    /// Depths of the rows, in the indenter negative \[R\].
+    pub z: Vec<f64>,
+    /// Radii of the columns \[R\].
+    pub r: Vec<f64>,
+    /// Number of rows in the indenter.
+    pub above: usize,
+}
 
 impl Parameters {
     /// Memory of the fields of a frame, at most \[bytes\].
@@ -53,13 +64,32 @@ impl Parameters {
             *end += 0.5 * (pair[0] + pair[1]);
             Some(*end)
         }));
-        place(&middles.collect::<Vec<_>>(), r).min(self.sizes.nr as f64)
+        place(&middles.collect::<Vec<_>>(), r).min(self.widest() as f64)
+    }
+
+    /// Number of columns of the target or of an indenter that gives, whichever has more.
+    fn widest(&self) -> usize {
+        self.sizes.striker.as_ref().map_or(self.sizes.nr, |striker| striker.nr.max(self.sizes.nr))
+    }
+
+    /// Nodes that fields show.
+    pub(crate) fn shown_nodes(&self) -> ShownNodes {
+        let (every, columns, target) = (self.record.field_every, self.shown_columns(), self.grid());
+        let rows = |grid: &Grid| grid.shown_rows(every).into_iter().map(|j| grid.z(j)).collect::<Vec<f64>>();
+        let striker = self.striker_grid();
+        let mut z: Vec<f64> =
+            striker.as_ref().map_or_else(Vec::new, |striker| rows(striker).into_iter().rev().map(|z| -z).collect());
+        let above = z.len();
+        z.extend(rows(&target));
+        let widest = striker.filter(|striker| striker.nr() > target.nr()).unwrap_or(target);
+        let r = (0..columns.min(widest.nr())).step_by(every).map(|i| widest.r(i)).collect();
+        ShownNodes { z, r, above }
     }
 
     /// Columns of the mesh that fields, and lines along r, show: those whose cells begin within `record.r_max`, two at least.
     pub(super) fn shown_columns(&self) -> usize {
         let columns = (self.column(self.record.r_max) + ROUNDING).floor() + 1.0;
-        columns.clamp(2.0, self.sizes.nr.max(2) as f64) as usize
+        columns.clamp(2.0, self.widest().max(2) as f64) as usize
     }
 
     /// Default of `record.r_max` \[R\]: the largest contact radius, and beside it as much again or [`SHOWN_THICKNESSES`], whichever is more, within

@@ -26,13 +26,23 @@ fn depth(line: Line) -> Option<f64> {
 /// Notes points and lines along r that lie behind the target.
 ///
 /// * `thickness`: of the target, if it is no half-space
-pub(super) fn check_depths(values: &Values<'_>, thickness: Option<f64>) {
-    let Some(thickness) = thickness else { return };
+/// * `height`: of an indenter that gives, infinite of a half-space
+pub(super) fn check_depths(values: &Values<'_>, thickness: Option<f64>, height: Option<f64>) {
+    let thickness = thickness.unwrap_or(f64::INFINITY);
     let points = values.get::<Vec<[f64; 2]>>("record.points").unwrap_or_default();
     let points = points.iter().map(|[_, z]| *z).collect();
     let lines = lines(values).into_iter().filter_map(depth).collect();
     for (name, depths) in [("record.points", points), ("record.lines", lines)] {
         let depths: Vec<f64> = depths;
+        if let Some(z) = depths.iter().find(|z| -*z * (1.0 - ROUNDING) > height.unwrap_or(0.0)) {
+            let place = if height.is_some() { "behind the indenter" } else { "above the target" };
+            let message = format!("`{name}` has z = {}, {place}", values.system.length_text(*z));
+            let least = match height {
+                Some(height) => format!("from {}, that of the rear of the indenter", values.system.length_text(-height)),
+                None => "from 0; with indenter.body = \"elastic\" the indenter has points at z < 0".into(),
+            };
+            values.problem(name, message, format!("allowed: z {least}"));
+        }
         if let Some(z) = depths.iter().find(|z| *z * (1.0 - ROUNDING) > thickness) {
             let [z, thickness] = [*z, thickness].map(|length| values.system.length_text(length));
             let message = format!("`{name}` has z = {z}, behind the target");

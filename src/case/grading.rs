@@ -6,7 +6,7 @@
 //! gets there, which takes a logarithm of cells.
 
 use super::{
-    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer,
+    Body, BodySizes, GradedSizes, Grading, LayerSizes, Parameters, Sizes, Target, TargetLayer,
     keys::GRADED,
     rows::fastest,
     sizes::{MAX_NODES, MAX_NUMBERS},
@@ -60,15 +60,22 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
     }
 }
 
-/// Widths whose last node stands on a rim, and one more beyond it.
-pub(super) fn to_rim(mut widths: Vec<f64>, radius: f64) -> Vec<f64> {
+/// Adds widths from a radius on whose last node stands on a rim.
+fn to_rim(widths: &mut Vec<f64>, growth: &Growth, start: f64, radius: f64) {
+    if growth.ratio > 1.0 {
+        let before = widths[widths.len() - 1];
+        let columns = Rows { growth: *growth, top: start - 0.5 * growth.first, before, overhang: 0.0 };
+        widths.extend(columns.through(radius - start));
+    } else {
+        // equal ones, and a wider one
+        let cells = ((radius - start) / growth.first + ROUNDING).floor().max(1.0) as usize;
+        widths.extend(std::iter::repeat_n(growth.first, cells));
+    }
     let last = widths.len() - 1;
     // nodes are at sums of widths
     let before = widths[1..last].iter().fold(0.5 * widths[0], |r, width| r + width);
     let width = radius - before;
     widths[last] = if before + width > radius { width.next_down() } else { width };
-    widths.push(widths[last]);
-    widths
 }
 
 /// What a graded mesh does.
@@ -153,12 +160,16 @@ impl Parameters {
     ) -> Option<Sizes> {
         let &Grading { contact_cells, ratio, near: [near_radius, near_depth], largest } = grading;
         let first = self.smallest_cell(contact_cells);
-        let fastest = fastest(self.model, computed);
+        let striker = self.indenter.striker.as_ref().map(|striker| &striker.body);
+        let computed = [Some(computed.to_vec()), striker.map(Target::computed)];
+        let all = computed.iter().flatten().flatten();
+        let fastest = fastest(self.model, &all.clone().cloned().collect::<Vec<_>>());
+        let slack = striker.map_or(1.0, Target::slack).max(self.target.slack());
         // a layer has rows enough, however thin it is
-        let thinnest = computed.iter().filter_map(|layer| Some(layer.thickness? / layer.wave_speed));
+        let thinnest = all.filter_map(|layer| Some(layer.thickness? / layer.wave_speed));
         let dt = thinnest
             .map(|transit| transit / (FEWEST_ROWS as f64 + 0.5))
-            .fold(first / (fastest * self.target.slack()), f64::min);
+            .fold(first / (fastest * slack), f64::min);
         let steps = self.steps(values, dt)?;
         let contact_reach = self.contact_reach(first, dt, steps);
         let run = fastest * steps * dt;
@@ -185,21 +196,14 @@ impl Parameters {
             values.problem("mesh.contact_cells", message, help);
             return None;
         }
-        // the first width is that of a cell about the axis, half of which is on either side
-        let mut widths = vec![first];
-        let widths = match self.target.radius {
-            None => {
-                widths.extend(growth.sizes((outer - 0.5 * first) * (1.0 - ROUNDING)));
-                widths
-            }
-            Some(radius) => {
-                let columns = Rows { growth, top: 0.0, before: first, overhang: 0.0 };
-                widths.extend(columns.through(radius - 0.5 * first));
-                to_rim(widths, radius)
-            }
-        };
-        let nr = widths.len() - 1;
-        let heights = self.heights(computed, dt, first, run, grading);
+        let (widths, [nr, striker_nr]) = self.columns(outer, &growth);
+        let [below, above] = computed;
+        let heights = self.heights(&self.target, &below.unwrap_or_default(), dt, first, run, grading);
+        let (layers, above) = (self.layer_sizes(&self.target, &heights), above.zip(striker));
+        let striker = above.map(|(computed, body)| {
+            let heights = self.heights(body, &computed, dt, first, run, grading);
+            BodySizes { nr: striker_nr, layers: self.layer_sizes(body, &heights), heights }
+        });
         let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
         let most = (MAX_NUMBERS / self.model.numbers_per_node(None) as f64).min(MAX_NODES);
         if (nr * rows) as f64 > most {
@@ -213,18 +217,6 @@ impl Parameters {
             return None;
         }
         let layer = self.target.thickness.is_some();
-        let overhang =
-            |number: usize| if number + 1 == computed.len() { self.target.back.overhang() } else { 0.0 };
-        let layers: Vec<LayerSizes> = heights
-            .iter()
-            .enumerate()
-            .map(|(number, heights)| LayerSizes {
-                steps: heights.len(),
-                overhang: overhang(number),
-                dz: heights[0],
-                speed_change: 0.0,
-            })
-            .collect();
         let depth = heights
             .iter()
             .zip(&layers)
@@ -237,7 +229,7 @@ impl Parameters {
             steps: steps as u64,
             nr,
             nz: rows - 1,
-            outer_radius: self.target.radius.unwrap_or(widths.iter().sum::<f64>() - 0.5 * first),
+            outer_radius: self.target.radius.unwrap_or(widths[..=nr].iter().sum::<f64>() - 0.5 * first),
             depth,
             contact_reach,
             strained: rows,
@@ -245,7 +237,52 @@ impl Parameters {
             layer,
             layers,
             graded: Some(GradedSizes { widths, heights }),
+            striker,
         })
+    }
+
+    /// Widths of the columns of target and indenter, and numbers of their nodes: a node stands on every rim.
+    ///
+    /// * `outer`: where the mesh of the target ends \[R\]
+    pub(super) fn columns(&self, outer: f64, growth: &Growth) -> (Vec<f64>, [usize; 2]) {
+        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
+        // the first width is that of a cell about the axis, half of which is on either side
+        let (mut widths, mut nodes) = (vec![growth.first], [0; 2]);
+        let mut ends = [(self.target.radius, 0), (striker, 1)];
+        ends.sort_by(|a, b| a.0.unwrap_or(f64::INFINITY).total_cmp(&b.0.unwrap_or(f64::INFINITY)));
+        let mut start = 0.5 * growth.first;
+        for (radius, body) in ends {
+            let Some(radius) = radius else { continue };
+            if radius > start * (1.0 + ROUNDING) {
+                to_rim(&mut widths, growth, start, radius);
+                start = radius;
+            }
+            nodes[body] = widths.len();
+        }
+        if self.target.radius.is_none() {
+            let before = widths[widths.len() - 1];
+            let columns = Rows { growth: *growth, top: start - 0.5 * growth.first, before, overhang: 0.0 };
+            let end = (outer - start) * (1.0 - ROUNDING);
+            widths.extend(columns.sizes(growth.ratio, |_, length| length < end));
+            nodes[0] = widths.len() - 1;
+        } else {
+            // beyond the last node there is no cell
+            widths.push(widths[widths.len() - 1]);
+        }
+        (widths, nodes)
+    }
+
+    /// Rows of the layers of a body.
+    fn layer_sizes(&self, body: &Target, heights: &[Vec<f64>]) -> Vec<LayerSizes> {
+        let overhang =
+            |number: usize| if number + 1 == heights.len() { body.back.overhang() } else { 0.0 };
+        let sizes = |(number, heights): (usize, &Vec<f64>)| LayerSizes {
+            steps: heights.len(),
+            overhang: overhang(number),
+            dz: heights[0],
+            speed_change: 0.0,
+        };
+        heights.iter().enumerate().map(sizes).collect()
     }
 
     /// Heights of the rows of every layer.
@@ -254,6 +291,7 @@ impl Parameters {
     /// * `run`: way of the fastest waves
     fn heights(
         &self,
+        body: &Target,
         computed: &[TargetLayer],
         dt: f64,
         first: f64,
@@ -276,7 +314,7 @@ impl Parameters {
                 },
                 top,
                 before: size.min(largest).max(least),
-                overhang: if is_last { self.target.back.overhang() } else { 0.0 },
+                overhang: if is_last { body.back.overhang() } else { 0.0 },
             };
             let heights = match layer.thickness {
                 Some(thickness) => rows.through(thickness),

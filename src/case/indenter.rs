@@ -52,7 +52,14 @@ pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
     if let Some(radius) = radius.filter(|_| !values.checked.contains_key("length_unit")) {
         values.set("indenter.radius", radius);
     }
-    Some(Body { head, radius, mass: values.number("indenter.mass")?, material })
+    if values.striker_layers.is_some() {
+        let given = ["mass", "density", "material", "length"].into_iter().find(|key| values.is_given(&format!("indenter.{key}")));
+        if let Some(key) = given {
+            let what = " is given, but the layers of its body have a mass";
+            values.problem(&format!("indenter.{key}"), format!("`indenter.{key}`{what}"), "leave it out");
+        }
+    }
+    Some(Body { head, radius, mass: values.number("indenter.mass")?, material, striker: None })
 }
 
 /// The head, or the problems with it.

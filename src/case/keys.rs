@@ -133,8 +133,10 @@ impl Section {
 pub(super) const SIZE: Bounds = Bounds::within(TINY, HUGE);
 /// Sizes, radii and depths.
 const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
-/// Radii and depths.
+/// Radii.
 pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
+/// Depths, in an indenter that gives negative.
+pub(super) const DEPTH: Kind = Kind::Quantity(Length, Bounds::within(-HUGE, HUGE));
 /// SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
 /// Of either sign.
@@ -209,6 +211,25 @@ pub(super) const LAYER: Section = Section {
         ),
         key("material", Kind::Material).only(Who::Physical).means("required in every layer"),
     ],
+};
+
+/// The body of an indenter that gives.
+pub(super) const BODY: Section = Section {
+    path: "indenter.body",
+    keys: &[
+        key("radius", Kind::Quantity(Length, SIZE)).left_out("that of the indenter").means("of the body, whose rim is held as the target's"),
+        key("layer", Kind::Tables)
+            .left_out("required")
+            .means("layers from the nose up, with the keys of `target.layer`; the last may be a half-space, a long bar"),
+    ],
+};
+
+/// What is bonded to its back.
+pub(super) const BODY_BACK: Section = Section {
+    path: "indenter.body.back",
+    keys: &[key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12)))
+        .required()
+        .means("of a rigid body that is bonded to the back, a drop weight")],
 };
 
 /// The constants of a material.
@@ -309,6 +330,10 @@ pub(super) const SECTIONS: [Section; 6] = [
             ),
             key("material", Kind::Preset).only(Who::Physical).means(
                 "instead of `density`, unless `mass` is given, and says how rigid the indenter is; names: `percuss materials`",
+            ),
+            key("body", Kind::Name(&["rigid", "elastic"])).left_out("rigid").only(ELASTIC).means(
+                "elastic: the body gives, a cylinder of the indenter's material and radius, as long as its mass asks, with the head as the \
+                 gap over its face; or the table `[indenter.body]`",
             ),
             key("length", Kind::Quantity(Length, SIZE)).means(
                 "at least that of the head: from the tip to the flat end of a body with a `radius`; gives it a mass by \
@@ -419,7 +444,7 @@ pub(super) const SECTIONS: [Section; 6] = [
                  whatever it is",
             ),
             key("points", list(&Kind::Pair, "points", 10_000))
-                .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step"),
+                .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step; z < 0 is in an indenter that gives"),
             key("lines", list(&Kind::Line, "lines", 100)).means("stress along them, on `/line/0`, …"),
             key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
                 "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is \
@@ -509,7 +534,7 @@ impl Kind {
 ///
 /// * `heading`: of the section, `target.layer`
 pub fn guide(heading: &str) -> Option<String> {
-    let mut sections = SECTIONS.iter().chain([&ROOT, &LAYER, &MATERIAL]);
+    let mut sections = SECTIONS.iter().chain([&ROOT, &LAYER, &MATERIAL, &BODY, &BODY_BACK]);
     let section = sections.find(|section| section.path == heading)?;
     let mut text =
         "| Key | Unit | Range | Default | Meaning, and who may have it |\n|---|---|---|---|---|\n".to_owned();

@@ -70,7 +70,7 @@ impl Parameters {
             Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }
                 if self.geometry == Geometry::Axisymmetric =>
             {
-                let modulus = self.target.layers[0].stiffness.indentation_modulus();
+                let modulus = self.modulus();
                 let depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
                 reach.min((nose_radius * depth).sqrt())
             }
@@ -82,19 +82,49 @@ impl Parameters {
         }
     }
 
-    /// The mesh.
+    /// What every computed layer of a body is made of, as it is computed.
+    ///
+    /// * `layers`: their rows
+    pub(crate) fn materials(&self, body: &Target, layers: &[LayerSizes]) -> Vec<crate::model::body::Material> {
+        let material = |(layer, rows): (TargetLayer, &LayerSizes)| {
+            // on equal rows waves take whole steps, at the same impedance and c_s
+            let speed = if self.mesh.grading.is_some() { layer.wave_speed } else { rows.dz / self.sizes.dt };
+            let stiffness = match layer.stiffness.is_isotropic() && rows.speed_change != 0.0 {
+                true => Stiffness::isotropic(layer.waves.shear / speed),
+                false => layer.stiffness,
+            };
+            crate::model::body::Material { impedance: layer.waves.impedance, speed, stiffness }
+        };
+        body.computed().into_iter().zip(layers).map(material).collect()
+    }
+
+    /// Modulus of the contact, `1/M = 1/M_target + 1/M_indenter` of the indentation moduli of both; M_target under a rigid indenter \[γc_p²\].
+    pub(crate) fn modulus(&self) -> f64 {
+        let of = |body: &Target| {
+            let layer = &body.layers[0];
+            layer.waves.impedance * layer.wave_speed * layer.stiffness.indentation_modulus()
+        };
+        let target = of(&self.target);
+        self.indenter.striker.as_ref().map_or(target, |striker| 1.0 / (1.0 / target + 1.0 / of(&striker.body)))
+    }
+
+    /// The mesh of an indenter that gives: its nodes stand on the radii of the target's, and z is upwards.
+    pub fn striker_grid(&self) -> Option<Grid> {
+        let Striker { body, .. } = self.indenter.striker.as_ref()?;
+        let (BodySizes { nr, heights, .. }, graded) = self.sizes.striker.as_ref().zip(self.sizes.graded.as_ref())?;
+        Some(body.graded_grid(self.geometry, &graded.widths[..=*nr], heights, self.sizes.dt))
+    }
+
+    /// The mesh of the target.
     pub fn grid(&self) -> Grid {
         let &Sizes { dr, dz, dt, nr, nz, layer, ref layers, .. } = &self.sizes;
         let spacing = Spacing { dr, dz, layer_rows: layer.then_some(nz) };
         let computed = self.target.computed();
+        if let Some(GradedSizes { widths, heights }) = &self.sizes.graded {
+            return self.target.graded_grid(self.geometry, &widths[..=nr], heights, dt);
+        }
         let rows: Vec<_> =
             layers.iter().zip(&computed).map(|(rows, layer)| (rows.steps, rows.dz, layer.bond)).collect();
-        if let Some(GradedSizes { widths, heights }) = &self.sizes.graded {
-            let layers: Vec<_> =
-                heights.iter().zip(&computed).map(|(heights, layer)| (heights.clone(), layer.bond)).collect();
-            let rim = self.target.radius.map(|_| self.target.rim);
-            return Grid::graded(self.geometry, widths.clone(), dt, &layers, self.target.back, layer, rim);
-        }
         let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
         let grid = grid.with_layers(dt, &rows, self.target.back);
         match self.model {
@@ -108,16 +138,6 @@ impl Parameters {
         self.target.computed().iter().map(|layer| layer.waves).collect()
     }
 
-    /// What every computed layer is made of.
-    pub(crate) fn materials(&self) -> Vec<crate::model::body::Material> {
-        let material = |layer: TargetLayer| crate::model::body::Material {
-            impedance: layer.waves.impedance,
-            speed: layer.wave_speed,
-            stiffness: layer.stiffness,
-        };
-        self.target.computed().into_iter().map(material).collect()
-    }
-
     /// Speed of the fastest waves along r in any layer \[c_p\].
     pub fn wave_speed(&self) -> f64 {
         let computed = self.target.computed();
@@ -128,9 +148,9 @@ impl Parameters {
         }
     }
 
-    /// True for a target that the tiled engine computes: of equal cells, and regular ([`Target::is_regular`]).
+    /// True for a target that the tiled engine computes: of equal cells, regular ([`Target::is_regular`]), under a rigid indenter.
     pub fn is_tiled(&self) -> bool {
-        self.mesh.grading.is_none() && self.target.is_regular()
+        self.mesh.grading.is_none() && self.target.is_regular() && self.indenter.striker.is_none()
     }
 
     /// Speed of the fastest waves along the surface of the struck layer \[c_p\].
@@ -180,7 +200,7 @@ impl Parameters {
     }
 }
 
-/// The elastic layers, the last of which may be a half-space.
+/// A body of elastic layers, the last of which may be a half-space: the target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
     /// Thickness h of all layers together \[R\]; `None` if the last one is a half-space.
@@ -235,6 +255,17 @@ impl TargetLayer {
 }
 
 impl Target {
+    /// The mesh of sizes that are listed.
+    ///
+    /// * `widths`: of its columns, one more than there are nodes
+    /// * `heights`: of the rows of every computed layer
+    fn graded_grid(&self, geometry: Geometry, widths: &[f64], heights: &[Vec<f64>], dt: f64) -> Grid {
+        let layers = heights.iter().zip(self.computed());
+        let layers: Vec<_> = layers.map(|(heights, layer)| (heights.clone(), layer.bond)).collect();
+        let (rim, is_layer) = (self.radius.map(|_| self.rim), self.thickness.is_some());
+        Grid::graded(geometry, widths.to_vec(), dt, &layers, self.back, is_layer, rim)
+    }
+
     /// The layers that are computed: of welded ones of the same constants, one.
     pub fn computed(&self) -> Vec<TargetLayer> {
         let join = |mut joined: TargetLayer, layer: &TargetLayer| {
@@ -282,7 +313,7 @@ impl Target {
     }
 }
 
-/// The rigid indenter.
+/// The indenter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Form of the head.
@@ -293,6 +324,18 @@ pub struct Body {
     pub mass: f64,
     /// Material, if it is named: how far the body is from rigid, see [`crate::advice::rigidity`].
     pub material: Option<&'static Preset>,
+    /// What it is made of, if it gives.
+    pub striker: Option<Striker>,
+}
+
+/// An indenter that gives: layers from the nose up, in units of the struck layer, of finite radius and with a free back, unless the last is a
+/// half-space or something is bonded to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Striker {
+    /// Its layers, and its radius.
+    pub body: Target,
+    /// Mass of a rigid body that is bonded to its back \[πγR³; plane, of the half x ≥ 0, γR²\].
+    pub weight: Option<f64>,
 }
 
 /// The impact.
@@ -438,10 +481,10 @@ impl LayerSizes {
     }
 }
 
-/// Sizes of the cells of a graded mesh \[R\].
+/// Sizes of the cells of a mesh whose cells differ \[R\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GradedSizes {
-    /// Widths, from the axis outwards, one more than there are nodes.
+    /// Widths, from the axis outwards, one more than there are nodes in the wider of target and indenter.
     pub widths: Vec<f64>,
     /// Heights of the rows of every computed layer.
     pub heights: Vec<Vec<f64>>,
@@ -481,9 +524,30 @@ pub struct Sizes {
     /// Rows of the computed layers, from the surface down.
     #[serde(skip)]
     pub layers: Vec<LayerSizes>,
-    /// Sizes of the cells of a graded mesh.
+    /// Sizes of the cells of a mesh whose cells differ.
     #[serde(skip)]
     pub graded: Option<GradedSizes>,
+    /// Sizes of the mesh of an indenter that gives.
+    #[serde(skip)]
+    pub striker: Option<BodySizes>,
+}
+
+/// Sizes of the mesh of an indenter that gives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodySizes {
+    /// Nodes along r.
+    pub nr: usize,
+    /// Rows of the computed layers, from the nose up.
+    pub layers: Vec<LayerSizes>,
+    /// Heights of their cells \[R\].
+    pub heights: Vec<Vec<f64>>,
+}
+
+impl BodySizes {
+    /// Number of rows of nodes.
+    pub fn rows(&self) -> usize {
+        self.heights.iter().map(|heights| heights.len() + 1).sum()
+    }
 }
 
 impl Body {

@@ -6,7 +6,7 @@ use super::{
     Body, Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Sizes, Target,
     bounds::Bounds,
     document::Document,
-    gauges, grading, indenter, target,
+    gauges, grading, indenter, striker, target,
     values::{Checked, Values},
 };
 use crate::{
@@ -33,9 +33,15 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let profile = values.get::<String>("indenter.file").map(|file| given.folder.join(file));
     check_title(&mut values, &given.name);
     let target = target::target(&mut values);
-    let indenter = indenter::indenter(&mut values, &given.folder);
+    let mut indenter = indenter::indenter(&mut values, &given.folder);
+    if let (Some(indenter), Some(target)) = (&mut indenter, &target) {
+        indenter.striker = striker::striker(&mut values, indenter, target);
+        if let Some(striker) = indenter.striker.as_ref().filter(|_| values.striker_layers.is_some()) {
+            indenter.mass = striker.mass(values.system.geometry);
+        }
+    }
     check_mesh(&mut values, target.as_ref(), indenter.as_ref());
-    check_record(&mut values, target.as_ref());
+    check_record(&mut values, target.as_ref(), indenter.as_ref());
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
     let parameters = parts.and_then(|(target, indenter)| {
@@ -117,7 +123,9 @@ fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option
     }
     if is_elastic {
         // one σ for all layers
-        let ratio = target.map(Target::largest_ratio);
+        let striker = indenter.and_then(|indenter| indenter.striker.as_ref());
+        let bodies = target.into_iter().chain(striker.map(|striker| &striker.body));
+        let ratio = bodies.map(Target::largest_ratio).reduce(f64::max);
         let largest = ratio.map_or(elastic::LARGEST_DAMPING, elastic::largest_damping);
         if values.number("mesh.damping").is_some_and(|damping| damping > largest) {
             let ratio = (1e4 * ratio.unwrap_or_default()).round() / 1e4;
@@ -132,7 +140,8 @@ fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option
 }
 
 /// * `target`: a sound one
-fn check_record(values: &mut Values<'_>, target: Option<&Target>) {
+/// * `indenter`: likewise
+fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
     if values.is_given("record.layer_tension") && target.is_some_and(|target| target.layers.len() < 2) {
         let message = "`record.layer_tension` is of the interfaces of several layers, and the target has one";
         values.problem("record.layer_tension", message, "leave it out, or give target.layer");
@@ -154,7 +163,12 @@ fn check_record(values: &mut Values<'_>, target: Option<&Target>) {
         let help = format!("allowed: up to run.end_time = {}", values.written("run.end_time"));
         values.refuse(&format!("record.frame_times[{late}]"), " is after the end of the run", &help);
     }
-    gauges::check_depths(values, target.and_then(|target| target.thickness));
+    let striker = indenter.and_then(|indenter| indenter.striker.as_ref());
+    let height = striker.map(|striker| striker.body.thickness.unwrap_or(f64::INFINITY));
+    // after a problem with the indenter nothing is known of its body
+    if indenter.is_some() {
+        gauges::check_depths(values, target.and_then(|target| target.thickness), height);
+    }
     if values.number("record.playback_rate").is_none() {
         let end_time = values.number("run.end_time").unwrap_or(1.0);
         let rate = values.system.scales.map_or(1.0, |scales| {
@@ -189,7 +203,9 @@ fn record(values: &Values<'_>) -> Option<Record> {
 impl Parameters {
     /// Sets what follows from the sizes, and its values.
     fn complete(&mut self, values: &mut Values<'_>) {
-        values.set("mesh.outer_radius", self.sizes.outer_radius);
+        if self.target.radius.is_none() {
+            values.set("mesh.outer_radius", self.sizes.outer_radius);
+        }
         self.complete_grading(values);
         if values.number("record.layer_tension").is_none() {
             let tension = values.system.default(Dimension::Stress, LAYER_TENSION * self.impact.velocity);

@@ -8,7 +8,7 @@ use toml::Value;
 
 use super::{
     Parameters,
-    keys::{Kind, LAYER, MATERIAL, ROOT, SECTIONS, Section},
+    keys::{BODY, BODY_BACK, Kind, LAYER, MATERIAL, ROOT, SECTIONS, Section},
     system::{Numbers, System},
 };
 use crate::{grid::Back, units::Dimension};
@@ -49,6 +49,7 @@ impl Parameters {
     /// The values of a section that say something.
     fn section(&self, section: &Section, path: &str) -> Part {
         let system = if section.path == MATERIAL.path { System::si() } else { self.system() };
+        let has_body = self.resolved.contains_key("indenter.body.layer.1.thickness");
         let mut entries = Vec::new();
         for name in section.names() {
             let row = section.keys.iter().find(|row| row.name == name);
@@ -59,6 +60,19 @@ impl Parameters {
                     let layers = (1..=self.target.layers.len()).map(|number| format!("{full}.{number}"));
                     Some(Part::List(layers.map(|layer| self.section(&LAYER, &layer)).collect()))
                 }
+                ("indenter.body.layer", _) => {
+                    let count = self.indenter.striker.as_ref().map_or(0, |striker| striker.body.layers.len());
+                    let layers = (1..=count).map(|number| format!("{full}.{number}"));
+                    Some(Part::List(layers.map(|layer| self.section(&LAYER, &layer)).collect()))
+                }
+                ("indenter.body", None) if has_body => {
+                    let Part::Table(mut body) = self.section(&BODY, &full) else { unreachable!("a table") };
+                    let has_weight = self.resolved.contains_key("indenter.body.back.mass");
+                    body.extend(has_weight.then(|| ("back", self.section(&BODY_BACK, BODY_BACK.path))));
+                    Some(Part::Table(body))
+                }
+                // that of the layers
+                ("indenter.mass", _) if has_body => None,
                 (_, None) if name == "material" => {
                     let is_there = self.resolved.contains_key(&format!("{full}.density"));
                     is_there.then(|| self.section(&MATERIAL, &full))
@@ -66,7 +80,7 @@ impl Parameters {
                 // what stands for nothing
                 ("target.back", _) if self.target.back == Back::Rigid => None,
                 ("target.rim", _) if self.target.radius.is_none() => None,
-                ("target.layer.1.bond", _) => None,
+                ("target.layer.1.bond" | "indenter.body.layer.1.bond", _) => None,
                 ("record.layer_tension", _) if self.sizes.layers.len() < 2 => None,
                 ("record.points" | "record.lines", Some((Value::Array(list), _))) if list.is_empty() => None,
                 (_, value) => value.map(|(value, row)| Part::Value(written(value, &row.kind, &system))),

@@ -42,10 +42,12 @@ pub(super) enum RowsError {
 }
 
 /// What the rows of several layers follow from beside the number of cells.
-pub(super) struct Stack<'a> {
+pub(super) struct Stack {
     model: ModelKind,
-    layers: &'a [TargetLayer],
-    back: Back,
+    /// Layers of the target, and of an indenter that gives.
+    layers: Vec<TargetLayer>,
+    /// What lies below the last row of each.
+    overhangs: Vec<f64>,
     /// Radius of the punch \[R\].
     radius: Option<f64>,
     edge: Edge,
@@ -77,16 +79,22 @@ pub(super) fn fastest(model: ModelKind, layers: &[TargetLayer]) -> f64 {
     speeds.fold(0.0, f64::max)
 }
 
-impl<'a> Stack<'a> {
-    /// * `layers`: computed ones
-    pub fn new(case: &Parameters, layers: &'a [TargetLayer]) -> Self {
+impl Stack {
+    /// The computed layers of a case.
+    pub fn new(case: &Parameters) -> Self {
+        let striker = case.indenter.striker.as_ref().map(|striker| &striker.body);
+        let bodies = || std::iter::once(&case.target).chain(striker);
+        let overhangs = bodies().flat_map(|body| {
+            let last = body.computed().len() - 1;
+            (0..=last).map(move |number| if number == last { body.back.overhang() } else { 0.0 })
+        });
         Self {
             model: case.model,
-            layers,
-            back: case.target.back,
+            overhangs: overhangs.collect(),
+            layers: bodies().flat_map(Target::computed).collect(),
             radius: case.indenter.radius,
             edge: edge(case.mesh.order, &case.target),
-            slack: case.target.slack(),
+            slack: bodies().map(Target::slack).fold(1.0, f64::max),
         }
     }
 
@@ -98,36 +106,28 @@ impl<'a> Stack<'a> {
     pub fn rows(&self, cells: usize) -> Result<Rows, RowsError> {
         let dr = |slip| Spacing::radial(cells, self.radius, self.edge, slip);
         let largest = dr(None) / self.fastest();
-        let transits: Vec<f64> = self.finite().map(|(thickness, speed)| thickness / speed).collect();
-        let rows = transits.iter().sum::<f64>() / largest;
+        let transits: Vec<(f64, f64)> = self.finite().map(|layer| (layer.0 / layer.1, layer.2)).collect();
+        let rows = transits.iter().map(|layer| layer.0).sum::<f64>() / largest;
         if rows > MAX_ROWS {
             return Err(RowsError::TooMany(rows));
         }
         let fit = |largest| {
             let LayerSteps { dt, steps, rows, changes } =
-                LayerSteps::fit(&transits, self.back, largest).map_err(RowsError::Thin)?;
+                LayerSteps::fit(&transits, largest).map_err(|number| RowsError::Thin(self.number(number)))?;
             let slip = self.layers[0].lateral_speed(self.model, 1.0) * self.slack * dt;
-            let finite = self.finite().zip(steps.into_iter().zip(rows).zip(changes));
-            let mut layers: Vec<LayerSizes> = finite
-                .map(|((thickness, _), ((steps, rows), speed_change))| LayerSizes {
-                    steps,
-                    overhang: rows - steps as f64,
-                    dz: thickness / rows,
-                    speed_change,
-                })
-                .collect();
-            let half_space = self.layers[layers.len()..].first();
-            layers.extend(half_space.map(|layer| LayerSizes {
-                steps: FEWEST,
-                overhang: 0.0,
-                dz: layer.wave_speed * dt,
-                speed_change: 0.0,
-            }));
-            Ok(Rows { dr: dr(Some(slip)), dt, layers })
+            let mut finite = steps.into_iter().zip(rows).zip(changes);
+            let sizes = |layer: &TargetLayer| {
+                let half_space = ((FEWEST, FEWEST as f64), 0.0);
+                let fitted = layer.thickness.and_then(|_| finite.next());
+                let ((steps, rows), speed_change) = fitted.unwrap_or(half_space);
+                let dz = layer.thickness.map_or(layer.wave_speed * dt, |thickness| thickness / rows);
+                LayerSizes { steps, overhang: rows - steps as f64, dz, speed_change }
+            };
+            Ok(Rows { dr: dr(Some(slip)), dt, layers: self.layers.iter().map(sizes).collect() })
         };
         let mut rows = fit(largest)?;
         let is_stable = |rows: &Rows| {
-            let run = lateral_speed(self.model, self.layers, &rows.layers, rows.dt) * self.slack * rows.dt;
+            let run = lateral_speed(self.model, &self.layers, &rows.layers, rows.dt) * self.slack * rows.dt;
             run <= rows.dr * (1.0 + ROUNDING)
         };
         if self.model == ModelKind::Elastic && !is_stable(&rows) {
@@ -140,12 +140,11 @@ impl<'a> Stack<'a> {
 
     /// The smallest number of cells found, larger than `cells`, that changes no wave speed by more than `change`.
     pub fn finer(&self, cells: usize, change: f64) -> Option<usize> {
-        let thinnest =
-            self.finite().map(|(thickness, speed)| thickness / speed).fold(f64::INFINITY, f64::min);
+        let thinnest = self.finite().map(|layer| layer.0 / layer.1).fold(f64::INFINITY, f64::min);
         // two of the smallest steps
         let coarsest = self.radius.unwrap_or(1.0) / (0.75 * thinnest * self.fastest());
         let first = (coarsest as usize).saturating_sub(1).max(cells) + 1;
-        let rows = self.finite().map(|(thickness, speed)| thickness / speed).sum::<f64>()
+        let rows = self.finite().map(|layer| layer.0 / layer.1).sum::<f64>()
             * self.fastest()
             * first as f64
             / self.radius.unwrap_or(1.0);
@@ -155,22 +154,28 @@ impl<'a> Stack<'a> {
             .find(|cells| self.rows(*cells).is_ok_and(|rows| rows.largest_change().1.abs() <= change))
     }
 
-    /// Thickness and wave speed of the layers above a half-space.
-    fn finite(&self) -> impl Iterator<Item = (f64, f64)> {
-        self.layers.iter().filter_map(|layer| Some((layer.thickness?, layer.wave_speed)))
+    /// Thickness, wave speed and overhang of the layers that are no half-spaces.
+    fn finite(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        let layers = self.layers.iter().zip(&self.overhangs);
+        layers.filter_map(|(layer, overhang)| Some((layer.thickness?, layer.wave_speed, *overhang)))
+    }
+
+    /// Number among all layers of one that is no half-space.
+    fn number(&self, finite: usize) -> usize {
+        let numbers = (0..self.layers.len()).filter(|number| self.layers[*number].thickness.is_some());
+        numbers.take(finite + 1).last().unwrap_or_default()
     }
 
     /// Speed of the fastest waves along r \[c_p\].
     fn fastest(&self) -> f64 {
-        fastest(self.model, self.layers) * self.slack
+        fastest(self.model, &self.layers) * self.slack
     }
 }
 
 impl Parameters {
     /// The smallest number of cells found, larger than that of the case, with which no wave speed changes notably.
     pub(crate) fn finer_cells(&self) -> Option<usize> {
-        let computed = self.target.computed();
-        Stack::new(self, &computed).finer(self.mesh.cells, NOTED_CHANGE)
+        Stack::new(self).finer(self.mesh.cells, NOTED_CHANGE)
     }
 }
 

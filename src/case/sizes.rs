@@ -1,14 +1,14 @@
 //! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
-    GradedSizes, Parameters, Sizes, TargetLayer,
-    grading::to_rim,
+    BodySizes, GradedSizes, LayerSizes, Parameters, Sizes, TargetLayer,
+    keys::BODY,
     rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
     values::Values,
 };
 use crate::{
     contact::HALF_WIDTH,
-    grid::{Back, FEWEST, MeshKind, Spacing},
+    grid::{Back, FEWEST, Growth, MeshKind, Spacing},
     model::{Dependence, ModelKind, cone::rows_ahead, elastic::FEWEST_ROWS, strain::NEAR_ROWS},
     units::Dimension,
 };
@@ -23,13 +23,12 @@ pub(super) const MAX_NUMBERS: f64 = 3e9;
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
 
-/// Fewest columns of a target that ends.
+/// Fewest columns of a body that ends.
 const FEWEST_COLUMNS: f64 = 4.5;
 
-/// Equal widths out to a rim; the last is wider, so that a node stands there.
-fn equal_widths(dr: f64, radius: f64) -> Vec<f64> {
-    let cells = (radius / dr - 0.5 + 1e-9).floor() as usize;
-    to_rim(vec![dr; cells + 1], radius)
+/// Heights of equal rows.
+fn equal_heights(layers: &[LayerSizes]) -> Vec<Vec<f64>> {
+    layers.iter().map(|layer| vec![layer.dz; layer.steps]).collect()
 }
 
 impl Parameters {
@@ -44,13 +43,15 @@ impl Parameters {
         let steps = self.steps(values, dt)?;
         let contact_reach = self.contact_reach(dr, dt, steps);
         let outer = self.outer_radius(values, &rows, steps, contact_reach)?;
-        let widths = self.target.radius.map(|radius| equal_widths(dr, radius));
-        let nr = match &widths {
-            Some(widths) => widths.len() as f64 - 1.0,
+        let is_bounded = self.target.radius.is_some() || self.indenter.striker.is_some();
+        let columns = is_bounded.then(|| self.columns(outer, &Growth::none(dr)));
+        let nr = match &columns {
+            Some((_, [nr, _])) => *nr as f64,
             None => (outer / dr - 1e-9).ceil().max(1.0),
         };
         let corner = self.corner();
         let reach = if corner.is_some() { 2 } else { 1 };
+        let above = rows.layers.split_off(computed.len());
         let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
         let finite = if layer { &rows.layers[..] } else { &rows.layers[..interfaces] };
         let finite = finite.iter().map(|layer| layer.steps as f64).sum::<f64>();
@@ -86,16 +87,21 @@ impl Parameters {
             steps: steps as u64,
             nr: nr as usize,
             nz: nz as usize,
-            outer_radius: self.target.radius.unwrap_or(nr * dr),
+            outer_radius: self.target.radius.unwrap_or(columns.as_ref().map_or(nr * dr, |_| outer)),
             depth: rows.layers.iter().map(|layer| layer.rows() * layer.dz).sum(),
             contact_reach,
             strained,
             covered,
             layer,
-            graded: widths.map(|widths| GradedSizes {
-                widths,
-                heights: rows.layers.iter().map(|layer| vec![layer.dz; layer.steps]).collect(),
+            striker: self.indenter.striker.as_ref().zip(columns.as_ref()).map(|(striker, (_, [_, nr]))| {
+                let mut layers = above;
+                if let Some(last) = layers.last_mut().filter(|_| striker.body.thickness.is_none()) {
+                    // waves do not get there
+                    last.steps = steps as usize + 2;
+                }
+                BodySizes { nr: *nr, heights: equal_heights(&layers), layers }
             }),
+            graded: columns.map(|(widths, _)| GradedSizes { widths, heights: equal_heights(&rows.layers) }),
             layers: rows.layers,
         })
     }
@@ -107,8 +113,8 @@ impl Parameters {
         let cells = self.mesh.cells;
         let (radius, h) = (self.indenter.radius, self.target.thickness);
         let edge = rows::edge(self.mesh.order, &self.target);
-        if computed.len() > 1 {
-            let stack = Stack::new(self, computed);
+        if computed.len() > 1 || self.indenter.striker.is_some() {
+            let stack = Stack::new(self);
             let error = match stack.rows(cells) {
                 Ok(rows) => return Some(rows),
                 Err(error) => error,
@@ -124,7 +130,7 @@ impl Parameters {
             }
             MeshKind::Paper => Spacing::paper(cells, h),
         };
-        let name = format!("{}.thickness", values.layer_paths()[0]);
+        let name = format!("{}.thickness", values.layer_paths("target")[0]);
         if spacing.is_none() {
             let what = format!(
                 ": the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
@@ -150,14 +156,20 @@ impl Parameters {
     }
 
     /// Notes why several layers have no rows.
-    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack<'_>, error: RowsError) {
+    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack, error: RowsError) {
         let cells = self.mesh.cells;
         let finer = || match stack.finer(cells, LARGEST_CHANGE) {
             Some(cells) => format!("mesh.cells = {cells} would do"),
             None => "make mesh.cells larger".into(),
         };
-        let thickness =
-            |number: usize| format!("{}.thickness", values.layer_paths()[self.target.first_of(number)]);
+        let of_target = self.target.computed().len();
+        let thickness = |number: usize| match &self.indenter.striker {
+            Some(striker) if number >= of_target => {
+                let paths = values.layer_paths(BODY.path);
+                format!("{}.thickness", paths[striker.body.first_of(number - of_target).min(paths.len() - 1)])
+            }
+            _ => format!("{}.thickness", values.layer_paths("target")[self.target.first_of(number)]),
+        };
         match error {
             RowsError::TooMany(rows) => {
                 let message = format!("`mesh.cells` = {cells} makes {rows:.3e} rows through the layers");
@@ -222,7 +234,8 @@ impl Parameters {
         let shape = self.indenter.shape();
         let step = self.impact.velocity * dt;
         let reach = (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius());
-        self.target.radius.map_or(reach, |radius| reach.min(radius))
+        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
+        self.target.radius.into_iter().chain(striker).fold(reach, f64::min)
     }
 
     /// Outer radius of the mesh \[R\]: so large that no wave arrives there, whatever is recorded.
@@ -249,16 +262,21 @@ impl Parameters {
         reach: f64,
         dr: f64,
     ) -> Option<f64> {
+        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
+        let bodies = [("target.radius", self.target.radius), ("indenter.body.radius", striker)];
+        for (name, radius) in bodies {
+            if radius.is_some_and(|radius| radius < FEWEST_COLUMNS * dr) {
+                let (key, _) = self.mesh.density();
+                let name = if values.is_given(name) || name == "target.radius" { name } else { "indenter.radius" };
+                let what = format!("`{name}` is less than five columns of the mesh");
+                values.problem(name, what, format!("make it or {key} larger"));
+                return None;
+            }
+        }
         if let Some(radius) = self.target.radius {
             if values.is_given("mesh.outer_radius") {
                 let what = " is given, but the target ends at target.radius";
                 values.problem("mesh.outer_radius", format!("`mesh.outer_radius`{what}"), "leave it out");
-            }
-            if radius < FEWEST_COLUMNS * dr {
-                let what = " is narrower than five columns of the mesh";
-                let (key, _) = self.mesh.density();
-                values.refuse("target.radius", what, &format!("make it larger, or {key}"));
-                return None;
             }
             self.record.check_radii(values, radius, reach)?;
             return Some(radius);

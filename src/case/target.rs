@@ -3,31 +3,16 @@
 use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, values::Values};
 use crate::{
     grid::{Back, Bond, Rim},
-    material::{Material, PRESETS, Stiffness, Waves},
+    material::{Elastic, Material, PRESETS, Stiffness, Waves},
     model::ModelKind,
+    units::Scales,
 };
 
 /// The target, or the problems with it.
 pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
-    let count = values.layers.unwrap_or(1);
-    let (mut layers, mut struck) = (Vec::new(), None);
-    for (i, path) in values.layer_paths().into_iter().enumerate() {
-        let constants = constants(values, (i, &path), struck.as_ref());
-        check_bond(values, &format!("{path}.bond"), i);
-        check_half_space(values, &format!("{path}.thickness"), i + 1 == count);
-        if i == 0 {
-            struck = constants.clone();
-        }
-        let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
-        let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
-        layers.extend(constants.zip(thickness).map(|(layer, thickness)| TargetLayer {
-            thickness,
-            bond,
-            ..layer
-        }));
-    }
-    // after a problem layers are missing
-    let first = layers.first().filter(|_| layers.len() == count)?;
+    let has_free_back = values.get("target.back") == Some(Back::Free);
+    let layers = layers(values, &Stack { path: "target", struck: None, has_free_back })?;
+    let (first, count) = (layers.first()?, layers.len());
     let material = Material { shear_wave_speed: first.waves.shear, si: first.si };
     let thickness = layers.iter().map(|layer| layer.thickness).sum();
     if count == 1 {
@@ -45,6 +30,57 @@ pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     Some(Target { thickness, material, layers, back, radius, rim })
 }
 
+/// Layers to be read.
+pub(super) struct Stack<'a> {
+    /// Section that has them.
+    pub path: &'a str,
+    /// The struck layer of the target, whose constants are units, if these are others.
+    pub struck: Option<&'a TargetLayer>,
+    /// True if the last one cannot be a half-space.
+    pub has_free_back: bool,
+}
+
+/// All layers of a body; none after a problem with one.
+pub(super) fn layers(values: &mut Values<'_>, stack: &Stack<'_>) -> Option<Vec<TargetLayer>> {
+    let paths = values.layer_paths(stack.path);
+    let count = paths.len();
+    let (mut layers, mut struck) = (Vec::new(), stack.struck.cloned());
+    for (i, path) in paths.into_iter().enumerate() {
+        let constants = constants(values, (i, &path), struck.as_ref());
+        check_bond(values, &format!("{path}.bond"), i);
+        check_half_space(values, &format!("{path}.thickness"), i + 1 == count, stack.has_free_back);
+        struck = struck.or_else(|| constants.clone());
+        let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
+        let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
+        layers.extend(constants.zip(thickness).map(|(layer, thickness)| TargetLayer {
+            thickness,
+            bond,
+            ..layer
+        }));
+    }
+    (layers.len() == count).then_some(layers)
+}
+
+impl TargetLayer {
+    /// A layer of a material, as thick as a half-space and welded.
+    ///
+    /// * `scales`: of the struck layer
+    pub(super) fn of(name: String, si: Elastic, scales: &Scales) -> Self {
+        let (c_p, c_s) = si.wave_speeds();
+        let (density, wave_speed) = (si.density / scales.density, c_p / scales.speed);
+        Self {
+            name,
+            thickness: None,
+            si: Some(si),
+            density,
+            wave_speed,
+            waves: Waves { impedance: density * wave_speed, shear: c_s / scales.speed },
+            stiffness: si.stiffness(),
+            bond: Bond::Welded,
+        }
+    }
+}
+
 /// A layer of the constants of a section, as thick as a half-space and welded; none after a problem.
 ///
 /// * `i`: number of layers above
@@ -58,7 +94,7 @@ fn constants(
         ["shear_wave_speed", "material", "density", "wave_speed"].map(|key| format!("{path}.{key}"));
     let (si, density, wave_speed, shear, stiffness) = match values.system.numbers {
         Numbers::Unclear => {
-            if i == 0 && !values.is_given(&material) {
+            if struck.is_none() && i == 0 && !values.is_given(&material) {
                 need_material(values, &ratio, &material);
             }
             return None;
@@ -73,7 +109,10 @@ fn constants(
                 let help = "set model = \"elastic\": the simplified theory has one displacement";
                 values.problem(&material, message, help);
             }
-            let unit = if i == 0 { si } else { struck?.si? };
+            let unit = match struck {
+                None => si,
+                Some(struck) => struck.si?,
+            };
             let (unit_speed, _) = unit.wave_speeds();
             let (density, wave_speed) = (si.density / unit.density, c_p / unit_speed);
             for (noun, ratio) in [("density", density), ("wave speed", wave_speed)] {
@@ -93,7 +132,7 @@ fn constants(
             let [relative_density, relative_speed] =
                 [&density, &wave_speed].map(|name| number(name, Some(1.0)));
             for (name, number) in [(&density, relative_density), (&wave_speed, relative_speed)] {
-                if i == 0 && number.is_some_and(|number| number != 1.0) {
+                if struck.is_none() && number.is_some_and(|number| number != 1.0) {
                     let help =
                         "allowed: 1, as the first layer is the unit of the others; or leave the key out";
                     values.refuse(name, " is not possible", help);
@@ -159,13 +198,13 @@ fn check_bond(values: &Values<'_>, name: &str, above: usize) {
 }
 
 /// Notes a half-space that is not the last layer, or has a free back.
-fn check_half_space(values: &Values<'_>, name: &str, is_last: bool) {
+fn check_half_space(values: &Values<'_>, name: &str, is_last: bool, has_free_back: bool) {
     if !values.checked.get(name).is_some_and(toml::Value::is_str) {
         return;
     }
     if !is_last {
         values.refuse(name, ", but there are layers below it", "only the last layer can be a half-space");
-    } else if values.get("target.back") == Some(Back::Free) {
+    } else if has_free_back {
         let message = "`target.back` = \"free\", but the last layer is a half-space, which has no back";
         values.problem("target.back", message, "leave target.back out, or give the layer a thickness");
     }

@@ -17,7 +17,8 @@ use super::{
     document::{Document, Span},
     errors::is_alike,
     keys::{
-        Absent, Key, Kind, LAYER, LENGTH, MATERIAL, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE, Section, Who,
+        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MATERIAL, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE,
+        Section, Who,
     },
     system::{Numbers, System},
 };
@@ -40,6 +41,8 @@ pub(super) struct Values<'d> {
     pub shape: Option<String>,
     /// Number of layers, if there is a list of them.
     pub layers: Option<usize>,
+    /// Number of layers of an indenter that gives, if it has a table.
+    pub striker_layers: Option<usize>,
     pub checked: Checked,
     /// Places of all keys that are given, refused or not, and of sections.
     places: BTreeMap<String, Span>,
@@ -87,13 +90,16 @@ impl<'d> Values<'d> {
             model: if is_elastic { ModelKind::Elastic } else { ModelKind::Rakhmatulin },
             shape: None,
             layers: None,
+            striker_layers: None,
             checked: Checked::new(),
             places: BTreeMap::from([(String::new(), 0..0)]),
         };
         let mut tables = SECTIONS.each_ref().map(|section| values.take_section(&mut root, section.path));
         let [target, indenter, ..] = &mut tables;
         values.shape = text(indenter, "shape").filter(|shape| SHAPES.contains(shape)).map(str::to_owned);
-        let mut layers = values.take_layers(target);
+        let body = values.take_body(indenter);
+        let mut layers = values.take_layers(target, "target.layer");
+        values.layers = layers.as_ref().map(Vec::len);
         let (struck, path) = match &mut layers {
             Some(layers) => (layers.first_mut(), "target.layer.1"),
             None => (Some(target), "target"),
@@ -107,6 +113,9 @@ impl<'d> Values<'d> {
         }
         for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
             values.read_section(&LAYER, &format!("target.layer.{number}"), layer);
+        }
+        if let Some([body, back]) = body {
+            values.read_body(body, back);
         }
         Ok(values)
     }
@@ -127,26 +136,69 @@ impl<'d> Values<'d> {
         DeTable::new()
     }
 
-    /// The tables of the list of layers, if there is one; what is no table is refused.
-    fn take_layers(&mut self, target: &mut DeTable<'d>) -> Option<Vec<DeTable<'d>>> {
-        let value = target.remove("layer")?;
+    /// The table of the body of an indenter that gives, and that of its back, if it has one.
+    fn take_body(&mut self, indenter: &mut DeTable<'d>) -> Option<[Option<DeTable<'d>>; 2]> {
+        let value = indenter.get("body")?;
+        let DeValue::Table(body) = value.get_ref() else { return None };
+        self.places.insert(BODY.path.into(), value.span());
+        let mut body = body.clone();
+        indenter.remove("body");
+        let back = body.remove("back").and_then(|back| {
+            self.places.insert(BODY_BACK.path.into(), back.span());
+            match back.into_inner() {
+                DeValue::Table(table) => Some(table),
+                other => {
+                    let message = format!("`indenter.body.back` is {}, it must be a table", describe(&other));
+                    self.problem(BODY_BACK.path, message, "write it as [indenter.body.back]");
+                    None
+                }
+            }
+        });
+        Some([Some(body), back])
+    }
+
+    /// Reads the body of an indenter that gives.
+    fn read_body(&mut self, body: Option<DeTable<'d>>, back: Option<DeTable<'d>>) {
+        let mut body = body.unwrap_or_default();
+        if self.model == ModelKind::Rakhmatulin {
+            let message = "`indenter.body` needs model = \"elastic\"";
+            self.problem(BODY.path, message, "leave the key out, or set the model");
+        }
+        let path = format!("{}.layer", BODY.path);
+        let layers = self.take_layers(&mut body, &path);
+        if layers.is_none() {
+            self.need(&path, "its layers, from the nose up, as [[indenter.body.layer]]; or body = \"elastic\"");
+        }
+        self.striker_layers = Some(layers.as_ref().map_or(0, Vec::len));
+        self.read_section(&BODY, BODY.path, body);
+        for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
+            self.read_section(&LAYER, &format!("{path}.{number}"), layer);
+        }
+        if let Some(back) = back {
+            self.read_section(&BODY_BACK, BODY_BACK.path, back);
+        }
+    }
+
+    /// The tables of a list of layers, if there is one; what is no table is refused.
+    fn take_layers(&mut self, body: &mut DeTable<'d>, list: &str) -> Option<Vec<DeTable<'d>>> {
+        let value = body.remove("layer")?;
         let place = value.span();
-        self.places.insert("target.layer".into(), place.clone());
+        self.places.insert(list.into(), place.clone());
         let mut layers = Vec::new();
         let refuse = |place, name: &str, form, value: &DeValue<'_>| {
             let message = format!("`{name}` is {}, it must be {form}", describe(value));
             let help =
-                "write each as [[target.layer]]; --set target.layer.1.KEY=VALUE changes one that is there";
+                format!("write each as [[{list}]]; --set {list}.1.KEY=VALUE changes one that is there");
             self.document.problem(place, message, help);
         };
         match value.into_inner() {
-            DeValue::Array(list) if !(1..=MAX_LAYERS).contains(&list.len()) => {
-                let message = format!("`target.layer` has {} layers", list.len());
+            DeValue::Array(found) if !(1..=MAX_LAYERS).contains(&found.len()) => {
+                let message = format!("`{list}` has {} layers", found.len());
                 self.document.problem(place, message, format!("allowed: 1 to {MAX_LAYERS}"));
             }
-            DeValue::Array(list) => {
-                for (number, value) in (1..).zip(list) {
-                    let (path, place) = (format!("target.layer.{number}"), value.span());
+            DeValue::Array(found) => {
+                for (number, value) in (1..).zip(found) {
+                    let (path, place) = (format!("{list}.{number}"), value.span());
                     match value.into_inner() {
                         DeValue::Table(table) => {
                             self.places.insert(path, place);
@@ -156,9 +208,8 @@ impl<'d> Values<'d> {
                     }
                 }
             }
-            other => refuse(place, "target.layer", "a list of tables", &other),
+            other => refuse(place, list, "a list of tables", &other),
         }
-        self.layers = Some(layers.len());
         Some(layers)
     }
 
@@ -326,13 +377,17 @@ impl<'d> Values<'d> {
             }
             (Kind::Pair, Some(Value::Array(pair))) if pair.len() == 2 => {
                 let DeValue::Array(pair) = value.get_ref() else { return None };
-                Some(Value::Array(self.read_items(&LENGTH, name, pair, system)?))
+                let mut read = self.read_items(&LENGTH, name, &pair[..1], system)?;
+                read.push(self.read_value(&DEPTH, &format!("{name}[1]"), &pair[1], system)?);
+                self.places.insert(format!("{name}[1]"), pair[1].span());
+                Some(Value::Array(read))
             }
             (Kind::Line, Some(Value::Table(line))) if line.len() == 1 => {
                 let DeValue::Table(line) = value.get_ref() else { return None };
                 let (axis, place) = line.iter().next()?;
                 let axis = axis.get_ref().as_ref();
-                let number = self.read_value(&LENGTH, &join(name, axis), place, system)?;
+                let kind = if axis == "z" { DEPTH } else { LENGTH };
+                let number = self.read_value(&kind, &join(name, axis), place, system)?;
                 ["r", "z"]
                     .contains(&axis)
                     .then(|| Value::Table([(axis.to_owned(), number)].into_iter().collect()))
@@ -381,11 +436,14 @@ impl<'d> Values<'d> {
         self.checked.get(name)?.as_float()
     }
 
-    /// Names of the sections of layers.
-    pub fn layer_paths(&self) -> Vec<String> {
-        match self.layers {
-            None => vec!["target".into()],
-            Some(count) => (1..=count).map(|number| format!("target.layer.{number}")).collect(),
+    /// Names of the sections of layers of a body.
+    ///
+    /// * `body`: its section
+    pub fn layer_paths(&self, body: &str) -> Vec<String> {
+        let count = if body == BODY.path { self.striker_layers } else { self.layers };
+        match count {
+            None => vec![body.into()],
+            Some(count) => (1..=count).map(|number| format!("{body}.layer.{number}")).collect(),
         }
     }
 

@@ -29,7 +29,16 @@ pub fn channel(case: &Case) -> Channel {
             "initial + work - all of the above: rounding; absent where waves are damped, as damped is then what is missing",
         ),
     ];
+    let striker = [
+        (
+            "striker_kinetic",
+            "kinetic energy of the indenter, which gives; of a half-space that of its motion beside V0",
+        ),
+        ("striker_strain", "strain energy of the indenter"),
+    ];
+    let gives = case.indenter.striker.is_some();
     let fields = fields.into_iter().chain(layers.into_iter().filter(|_| is_layered));
+    let fields = fields.chain(striker.into_iter().filter(|_| gives));
     let note = |(name, meaning): (&'static str, &str)| {
         FieldNote::new(name, unit.name, format!("{meaning}{}", unit.part()))
     };
@@ -52,6 +61,8 @@ pub fn channel(case: &Case) -> Channel {
             damped: unit.of(energy.damped),
             layer_strain: of_layers(|energy| energy.strain),
             layer_kinetic: of_layers(|energy| energy.kinetic),
+            striker_kinetic: energy.striker.map(|striker| unit.of(striker.kinetic)),
+            striker_strain: energy.striker.map(|striker| unit.of(striker.strain)),
         });
     })
     .emits(Rate::Frame(2 * HEAD))

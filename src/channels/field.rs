@@ -19,7 +19,7 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         Field::MaxShear => "largest shear stress, half of sigma_1 - sigma_3",
     };
     let (Units { length, time, .. }, unit) = (case.units(), field.unit(&case.units()));
-    let (grid, every) = (case.grid(), case.record.field_every);
+    let (grid, every, shown) = (case.grid(), case.record.field_every, case.shown_nodes());
     let size = case.frame_size() / case.record.fields.len();
     let is_graded = grid.is_graded();
     let fields = vec![
@@ -32,7 +32,10 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         FieldNote::new(
             "z",
             length.name,
-            "depths of all rows, where the target has more than one layer or the mesh is graded",
+            match shown.above {
+                0 => "depths of all rows, where the target has more than one layer or the mesh is graded",
+                _ => "depths of all rows, in the indenter negative",
+            },
         ),
         FieldNote::new("r", length.name, "radii of all columns, where the mesh is graded"),
         FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
@@ -41,15 +44,15 @@ pub fn channel(case: &Case, field: Field) -> Channel {
     let mut message = percuss::FieldSlice {
         r0: length.of(grid.r0),
         dr: length.of(every as f64 * grid.dr),
+        z0: length.of(shown.z[0]),
         dz: length.of(every as f64 * grid.dz),
         ..percuss::FieldSlice::default()
     };
     if grid.layers.len() > 1 || is_graded {
-        message.z.extend(grid.shown_rows(every).into_iter().map(|j| length.of(grid.z(j))));
+        message.z.extend(shown.z.iter().map(|z| length.of(*z)));
     }
     if is_graded {
-        let columns = case.frame_fields().columns.min(grid.nr());
-        message.r.extend((0..columns).step_by(every).map(|i| length.of(grid.r(i))));
+        message.r.extend(shown.r.iter().map(|r| length.of(*r)));
     }
     Channel::new(format!("/field/{}", field.name()), "percuss.FieldSlice", fields, move |view, outlet| {
         let Some(frame) = &view.frame else { return };

@@ -32,9 +32,12 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let mut s = Vec::new();
     match line {
         Line::R(_) if grid.layers.len() > 1 || grid.is_graded() => {
-            s.extend((0..=grid.nz).map(|j| length.of(grid.z(j))));
+            let striker = case.striker_grid();
+            let above = striker.iter().flat_map(|grid| (0..=grid.nz).rev().map(|j| -grid.z(j)));
+            s.extend(above.chain((0..=grid.nz).map(|j| grid.z(j))).map(|z| length.of(z)));
         }
-        Line::Z(_) if grid.is_graded() => {
+        Line::Z(z) if grid.is_graded() => {
+            let grid = if z < 0.0 { case.striker_grid().unwrap_or(grid) } else { grid };
             let columns = case.gauges().columns.min(grid.nr());
             s.extend((0..columns).map(|i| length.of(grid.r(i))));
         }

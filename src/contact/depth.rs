@@ -60,7 +60,7 @@ impl Contact {
         let mut drag = LinearDrag::default();
         for i in 0..self.profile.len() {
             let weight = self.area[i] / surface.compliance[i];
-            let (imposed, is_full) = self.imposed(i, depth, &surface.free);
+            let (imposed, is_full) = self.imposed(i, |_| depth, &surface.free);
             if is_full {
                 let level = self.profile[i] + surface.free[i];
                 if self.rule == Rule::Bilateral || depth > level {
@@ -81,17 +81,19 @@ impl Contact {
 
     /// Pressure at node `i` if the indenter moves to `next_depth`.
     pub(super) fn pressure_at(&self, i: usize, next_depth: f64, surface: &Surface) -> f64 {
-        let (imposed, _) = self.imposed(i, next_depth, &surface.free);
+        let (imposed, _) = self.imposed(i, |_| next_depth, &surface.free);
         let pressure = (imposed.penetration - surface.free[i]) / surface.compliance[i];
         // NaN stays NaN, to be reported
         if self.rule == Rule::Unilateral && pressure <= 0.0 { 0.0 } else { pressure }
     }
 
-    /// Displacement that an indenter at `depth` imposes on node `i`, its derivative, and whether the node is in full
+    /// Displacement that an indenter imposes on node `i`, its derivative, and whether the node is in full
     /// contact: then it is `w − f`.
+    ///
+    /// * `depth`: of the indenter over each node; everywhere the same if it is rigid
     #[inline]
-    pub(super) fn imposed(&self, i: usize, depth: f64, free: &[f64]) -> (Average, bool) {
-        let full = Average { penetration: depth - self.profile[i], fraction: 1.0 };
+    pub(super) fn imposed(&self, i: usize, depth: impl Fn(usize) -> f64, free: &[f64]) -> (Average, bool) {
+        let full = Average { penetration: depth(i) - self.profile[i], fraction: 1.0 };
         if self.gap_before[i] <= 0.0 || self.partial[i].is_pointwise() {
             (full, true)
         } else {
@@ -102,14 +104,20 @@ impl Contact {
     /// [`Contact::imposed`] of a node that can be in partial contact.
     ///
     /// The gap of a loaded node never grows, or the contact would return energy: contact is lost node by node.
-    fn imposed_partial(&self, i: usize, full: Average, depth: f64, free: &[f64]) -> (Average, bool) {
+    fn imposed_partial(
+        &self,
+        i: usize,
+        full: Average,
+        depth: impl Fn(usize) -> f64,
+        free: &[f64],
+    ) -> (Average, bool) {
         let node = &self.partial[i];
-        let average = if free[i] >= 0.0 && !node.is_full(depth) {
+        let average = if free[i] >= 0.0 && !node.is_full(depth(i)) {
             // the average is that of a surface at rest, which one that has risen is not
-            node.average(depth, &self.shape, self.geometry)
+            node.average(depth(i), &self.shape, self.geometry)
         } else {
-            let penetration = |i: usize| self.profile.get(i).map(|f| depth - f - free[i]);
-            let here = depth - self.profile[i] - free[i];
+            let penetration = |i: usize| self.profile.get(i).map(|f| depth(i) - f - free[i]);
+            let here = full.penetration - free[i];
             // the surface is even about the axis, and constant beyond the last node
             let inner = if i == 0 { here } else { penetration(i - 1).unwrap_or(here) };
             let outer = penetration(i + 1).unwrap_or(here);

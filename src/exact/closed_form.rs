@@ -184,6 +184,9 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
+        if case.indenter.striker.is_some() {
+            return none("it needs a rigid indenter");
+        }
         let hertz = case.indenter.mass.is_finite().then(|| hertz(case)).transpose()?;
         let rule = case.impact.contact;
         // in layers the edge is first heard of through the fastest one
@@ -313,6 +316,7 @@ impl ClosedForm {
             contact_radius: self.contact_radius(time),
             velocity,
             depth,
+            striker: None,
             events: Arc::default(),
             frame: None,
             gauges: None,

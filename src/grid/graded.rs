@@ -44,6 +44,11 @@ pub struct Growth {
 }
 
 impl Growth {
+    /// Of sizes that are all alike.
+    pub fn none(size: f64) -> Self {
+        Self { first: size, near: f64::INFINITY, ratio: 1.0, largest: size }
+    }
+
     /// Size of the cell that begins at a distance, the one before it having `before`.
     pub fn size(&self, distance: f64, before: f64) -> f64 {
         if distance < self.near { self.first } else { (before * self.ratio).min(self.largest).max(before) }

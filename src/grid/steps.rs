@@ -1,7 +1,5 @@
 //! The time step of a layered mesh: every layer takes a whole number of steps to cross, over a free back the last one half a step more.
 
-use super::Back;
-
 /// Fewest axial steps of a layer: the full theory is not stable with one under a free back.
 pub const FEWEST: usize = 2;
 
@@ -31,22 +29,15 @@ impl LayerSteps {
     /// For given N_k the best step lies between those of the layers, `Δt = 2/(min_k N_k/T_k + max_k N_k/T_k)`. Which N_k are worth looking at is
     /// seen where the transit time of one layer is `N_kΔt`. One layer needs no change.
     ///
-    /// * `transits`: transit times `T_k = h_k/c_k`, at least one \[R/c_p\]
-    /// * `back`: that of the last one; rigid if there is a half-space below
+    /// * `layers`: transit times `T_k = h_k/c_k`, at least one \[R/c_p\], and what lies below the last row of each, [`super::Back::overhang`] of the
+    ///   last one of a body
     /// * `largest`: Δt_max \[R/c_p\]
     ///
     /// # Errors
     ///
     /// The number of a layer that is thinner than [`FEWEST`] of the smallest steps, in the last one over a free back half a one more.
-    pub fn fit(transits: &[f64], back: Back, largest: f64) -> Result<Self, usize> {
+    pub fn fit(layers: &[(f64, f64)], largest: f64) -> Result<Self, usize> {
         let smallest = SMALLEST * largest;
-        let layers: Vec<(f64, f64)> = transits
-            .iter()
-            .enumerate()
-            .map(|(number, transit)| {
-                (*transit, if number + 1 == transits.len() { back.overhang() } else { 0.0 })
-            })
-            .collect();
         let is_thin = |(transit, overhang): &(f64, f64)| {
             *transit < (FEWEST as f64 + overhang) * smallest * (1.0 - ROUNDING)
         };
@@ -59,7 +50,7 @@ impl LayerSteps {
             let steps = (fewest as usize).max(FEWEST)..=most as usize;
             steps.map(move |steps| transit / (steps as f64 + overhang))
         });
-        let near = |dt: f64| Self::near(&layers, dt, [smallest, largest]);
+        let near = |dt: f64| Self::near(layers, dt, [smallest, largest]);
         let better = |a: &Self, b: &Self| {
             let (x, y) = (a.largest_change(), b.largest_change());
             // changes that differ by rounding are equal
@@ -94,16 +85,25 @@ impl LayerSteps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Back;
+
+    fn fit(transits: &[f64], back: Back, largest: f64) -> Result<LayerSteps, usize> {
+        let mut layers: Vec<_> = transits.iter().map(|transit| (*transit, 0.0)).collect();
+        if let Some(last) = layers.last_mut() {
+            last.1 = back.overhang();
+        }
+        LayerSteps::fit(&layers, largest)
+    }
 
     #[test]
     fn one_layer_has_the_largest_step_and_no_change() {
         for (transit, largest, steps) in [(1.0, 0.021, 48), (1.0, 0.02, 50), (0.7, 0.1, 7), (3.0, 0.9999, 4)]
         {
-            let fit = LayerSteps::fit(&[transit], Back::Rigid, largest).expect("a thick layer");
+            let fit = fit(&[transit], Back::Rigid, largest).expect("a thick layer");
             assert_eq!(fit.steps, [steps], "{transit}, {largest}");
             assert!((fit.dt * steps as f64 - transit).abs() < 1e-14 && fit.largest_change() < 1e-14);
             // half a step more than a whole number of them, the largest possible
-            let fit = LayerSteps::fit(&[transit], Back::Free, largest).expect("a thick layer");
+            let fit = fit(&[transit], Back::Free, largest).expect("a thick layer");
             let rows = fit.steps[0] as f64 + 0.5;
             assert!((fit.dt * rows / transit - 1.0).abs() < 1e-15 && fit.largest_change() < 1e-14);
             assert!(fit.dt <= largest * (1.0 + 1e-8) && transit / (rows - 1.0) > largest);
@@ -112,10 +112,10 @@ mod tests {
 
     #[test]
     fn commensurate_layers_fit_without_a_change() {
-        let fit = LayerSteps::fit(&[1.0, 0.3, 0.25], Back::Rigid, 0.06).expect("thick layers");
+        let fit = fit(&[1.0, 0.3, 0.25], Back::Rigid, 0.06).expect("thick layers");
         assert_eq!(fit.steps, [20, 6, 5]);
         assert!((fit.dt - 0.05).abs() < 1e-15 && fit.largest_change() < 1e-14, "{fit:?}");
-        let fit = LayerSteps::fit(&[1.0, 0.3, 0.275], Back::Free, 0.06).expect("thick layers");
+        let fit = fit(&[1.0, 0.3, 0.275], Back::Free, 0.06).expect("thick layers");
         assert_eq!((&fit.steps[..], &fit.rows[..]), (&[20, 6, 5][..], &[20.0, 6.0, 5.5][..]));
         assert!((fit.dt - 0.05).abs() < 1e-15 && fit.largest_change() < 1e-14, "{fit:?}");
     }
@@ -128,7 +128,7 @@ mod tests {
             for (largest, back) in
                 [(0.0101, Back::Rigid), (0.005, Back::Free), (0.005, Back::Rigid), (0.0033, Back::Free)]
             {
-                let fit = LayerSteps::fit(transits, back, largest).expect("thick layers");
+                let fit = fit(transits, back, largest).expect("thick layers");
                 assert!(fit.dt <= largest && fit.dt >= SMALLEST * largest);
                 // every step of a fine grid
                 let error = |dt: f64| {
@@ -152,11 +152,11 @@ mod tests {
 
     #[test]
     fn thin_layers_are_named() {
-        assert_eq!(LayerSteps::fit(&[1.0, 0.012], Back::Rigid, 0.01), Err(1));
+        assert_eq!(fit(&[1.0, 0.012], Back::Rigid, 0.01), Err(1));
         // two of the smallest steps
-        assert_eq!(LayerSteps::fit(&[1.0, 0.0134], Back::Rigid, 0.01).map(|fit| fit.steps[1]), Ok(2));
+        assert_eq!(fit(&[1.0, 0.0134], Back::Rigid, 0.01).map(|fit| fit.steps[1]), Ok(2));
         // over a free back two and a half
-        assert_eq!(LayerSteps::fit(&[1.0, 0.0164], Back::Free, 0.01), Err(1));
-        assert_eq!(LayerSteps::fit(&[1.0, 0.0168], Back::Free, 0.01).map(|fit| fit.steps[1]), Ok(2));
+        assert_eq!(fit(&[1.0, 0.0164], Back::Free, 0.01), Err(1));
+        assert_eq!(fit(&[1.0, 0.0168], Back::Free, 0.01).map(|fit| fit.steps[1]), Ok(2));
     }
 }

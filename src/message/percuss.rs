@@ -47,7 +47,7 @@ pub struct Energy {
     /// little below 0. \[πR³γc_p²\]
     #[prost(double, tag = "4")]
     pub strain: f64,
-    /// Kinetic energy of an indenter of finite mass. \[πR³γc_p²\]
+    /// Kinetic energy of an indenter of finite mass; all of the energy of one that gives. \[πR³γc_p²\]
     #[prost(double, tag = "5")]
     pub indenter: f64,
     /// Energy lost so far where free surface nodes struck the indenter and stuck. \[πR³γc_p²\]
@@ -70,6 +70,12 @@ pub struct Energy {
     /// its halves. \[πR³γc_p²\]
     #[prost(double, repeated, tag = "11")]
     pub layer_kinetic: ::prost::alloc::vec::Vec<f64>,
+    /// Kinetic energy of an indenter that gives; of a half-space, whose mass is infinite, that of its motion beside V0. \[πR³γc_p²\]
+    #[prost(double, optional, tag = "12")]
+    pub striker_kinetic: ::core::option::Option<f64>,
+    /// Strain energy of an indenter that gives: with its kinetic energy `indenter`. \[πR³γc_p²\]
+    #[prost(double, optional, tag = "13")]
+    pub striker_strain: ::core::option::Option<f64>,
 }
 impl ::prost::Name for Energy {
     const NAME: &'static str = "Energy";
@@ -401,12 +407,18 @@ pub struct Velocity {
     /// Time t = k dt. \[R/c_p\]
     #[prost(double, tag = "2")]
     pub time: f64,
-    /// Velocity V into the target: the mean over the two half steps around t. \[c_p\]
+    /// Velocity V into the target: the mean over the two half steps around t. Of an indenter that gives, that of its centre of mass. \[c_p\]
     #[prost(double, tag = "3")]
     pub velocity: f64,
-    /// Displacement w into the target. \[R\]
+    /// Displacement w into the target, likewise. \[R\]
     #[prost(double, tag = "4")]
     pub displacement: f64,
+    /// Velocity of the nose of an indenter that gives, on the axis. \[c_p\]
+    #[prost(double, optional, tag = "5")]
+    pub nose: ::core::option::Option<f64>,
+    /// Velocity of its rear, on the axis. \[c_p\]
+    #[prost(double, optional, tag = "6")]
+    pub rear: ::core::option::Option<f64>,
 }
 impl ::prost::Name for Velocity {
     const NAME: &'static str = "Velocity";

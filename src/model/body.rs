@@ -68,6 +68,8 @@ pub struct Body {
     columns: Columns,
     /// What is below the last row of nodes over a free back.
     membrane: f64,
+    /// Mass of a rigid body that is bonded to the back, which moves with it \[πγR³; plane γR²\].
+    weight: Option<f64>,
     instructions: Instructions,
 }
 
@@ -476,6 +478,16 @@ impl March<'_> {
                 inner = outer;
             }
         }
+        if let Some(weight) = body.weight {
+            let (u, before) = (self.now[0][[j, 0]], self.before[0][[j, 0]]);
+            let force: f64 = left[0].iter().sum();
+            // forces and masses of nodes are per time step
+            let mass = body.mass_of_row(j) + weight;
+            let next = u.twice_less(before) - force * body.grid.dt() / mass;
+            row_mut(&mut self.next[0], j).fill(next);
+            row_mut(&mut self.next[1], j).fill(0.0);
+            return;
+        }
         match body.grid.back {
             Back::Rigid => row_mut(&mut self.next[0], j).fill(0.0),
             Back::Free => self.settle(0, j, &left[0]),
@@ -578,7 +590,30 @@ impl Body {
             }
         }
         let columns = Columns::new(&grid, damping);
-        Self { layers: media, rows, halves, masses, columns, membrane, instructions, grid }
+        Self { layers: media, rows, halves, masses, columns, membrane, weight: None, instructions, grid }
+    }
+
+    /// The same with a rigid body of this mass bonded to its back \[πγR³; plane γR²\].
+    pub fn with_weight(self, weight: Option<f64>) -> Self {
+        Self { weight, ..self }
+    }
+
+    /// Its mass, as its nodes have it \[πγR³; plane γR²\].
+    pub fn mass(&self) -> f64 {
+        let rows = (0..=self.grid.nz).map(|j| self.mass_of_row(j));
+        rows.sum::<f64>() + self.weight.unwrap_or_default()
+    }
+
+    /// Mass of the nodes of row `j` \[πγR³; plane γR²\].
+    fn mass_of_row(&self, j: usize) -> f64 {
+        self.nodes(j)[0][..self.grid.nr()].iter().map(|node| self.row_mass(j) / node).sum()
+    }
+
+    /// Mass per area of row `j` \[γR\].
+    fn row_mass(&self, j: usize) -> f64 {
+        let above = if j > self.grid.layer(j).first { self.halves[j - 1] } else { 0.0 };
+        let over_back = if self.grid.is_above_free_back(j) { above } else { 0.0 };
+        (above + self.halves[j] + over_back) * self.grid.dt()
     }
 
     /// A target at rest.
@@ -640,9 +675,7 @@ impl Scheme<2> for Body {
             let (medium, unit) = self.layers[number];
             let energy = &mut energies[number];
             for j in layer.first..=layer.last() {
-                let above = if j > layer.first { self.halves[j - 1] } else { 0.0 };
-                let over_back = if self.grid.is_above_free_back(j) { above } else { 0.0 };
-                let mass = (above + self.halves[j] + over_back) * dt;
+                let mass = self.row_mass(j);
                 for (field, (earlier, later)) in earlier.iter().zip(later).enumerate() {
                     for i in 0..self.grid.nr() {
                         let moved = later[[j, i]] - earlier[[j, i]];
@@ -653,6 +686,10 @@ impl Scheme<2> for Body {
                         }
                     }
                 }
+            }
+            if let Some(weight) = self.weight.filter(|_| layer.last() == self.grid.nz) {
+                let at = [self.grid.nz, 0];
+                energy.kinetic += scheme::kinetic_energy(weight, later[0][at] - earlier[0][at], dt);
             }
             for j in layer.first..layer.last() {
                 for i in 0..=self.grid.nr() {

@@ -20,6 +20,7 @@ impl SaveState for Simulation {
         self.contact.save(out)?;
         self.surface.save(out)?;
         self.motion.iter().try_for_each(|level| out.numbers(level))?;
+        self.striker.iter_mut().try_for_each(|striker| striker.save(out))?;
         self.model.save(out)
     }
 }
@@ -50,6 +51,7 @@ impl Simulation {
         self.contact.load(from)?;
         self.surface.load(from)?;
         self.motion.iter_mut().try_for_each(|level| from.numbers(level))?;
+        self.striker.iter_mut().try_for_each(|striker| striker.load(self.next_step, from))?;
         self.model.load(self.next_step, from)?;
         from.end()
     }

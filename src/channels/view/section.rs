@@ -34,9 +34,9 @@ struct Nodes {
 impl Section {
     /// The raster of the recorded fields on a viewport.
     pub fn new(case: &Case, viewport: &Viewport) -> Self {
-        let grid = case.grid();
+        let (grid, shown) = (case.grid(), case.shown_nodes());
         let every = case.record.field_every;
-        let depths: Vec<f64> = grid.shown_rows(every).into_iter().map(|j| grid.z(j)).collect();
+        let (above, depths) = shown.z.split_at(shown.above);
         let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
         let nearest = |x: f64| x.round().max(0.0) as usize;
         let units = case.units();
@@ -45,7 +45,10 @@ impl Section {
             scales: case.record.fields.iter().map(|field| levels(field) as f32).collect(),
             fields: case.record.fields.clone(),
             nodes: Nodes {
-                rows: (0..viewport.rows).rev().map(|row| nearest_row(&depths, middle(row))).collect(),
+                rows: (0..viewport.rows)
+                    .rev()
+                    .map(|row| above.len() + nearest_row(depths, middle(row)))
+                    .collect(),
                 columns: (0..viewport.columns)
                     .map(|i| nearest(grid.place(middle(i)) / every as f64))
                     .collect(),
