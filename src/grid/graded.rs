@@ -43,6 +43,9 @@ pub struct Growth {
     pub largest: f64,
 }
 
+/// Slack for a length that is a sum of sizes but for rounding.
+const ROUNDING: f64 = 1e-9;
+
 impl Growth {
     /// Of sizes that are all alike.
     pub fn none(size: f64) -> Self {
@@ -51,7 +54,8 @@ impl Growth {
 
     /// Size of the cell that begins at a distance, the one before it having `before`.
     pub fn size(&self, distance: f64, before: f64) -> f64 {
-        if distance < self.near { self.first } else { (before * self.ratio).min(self.largest).max(before) }
+        // the near zone may be a whole number of cells
+        if distance < self.near * (1.0 - ROUNDING) { self.first } else { (before * self.ratio).min(self.largest).max(before) }
     }
 
     /// Sizes until they are as long as `length` together, which the last may exceed.

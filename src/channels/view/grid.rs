@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use percuss_canvas::{ZERO, diverging, share};
+use percuss_canvas::{EMPTY, ZERO, diverging, share};
 
 use super::{
     Sheet, Viewport, WORLD,
@@ -38,7 +38,7 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
     ];
     let fields = lock(section).fields();
     let stride = fields + COLOUR.len();
-    let pixels = 2 * (viewport.columns * viewport.rows) as u64;
+    let pixels = 2 * (viewport.columns * (viewport.rows + viewport.above)) as u64;
     let packed = |(offset, name): (usize, &str)| PackedElementField {
         name: name.into(),
         offset: offset as u32,
@@ -70,7 +70,8 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
         for levels in lock(&section).levels(view.step, &frame.fields).chunks_exact(fields) {
             message.data.extend_from_slice(levels);
             let [red, green, blue] = colours[usize::from(levels[0])];
-            message.data.extend_from_slice(&[red, green, blue, u8::MAX]);
+            let alpha = if levels[0] == EMPTY { 0 } else { u8::MAX };
+            message.data.extend_from_slice(&[red, green, blue, alpha]);
         }
         outlet.put(&message);
     })

@@ -37,7 +37,7 @@ struct Picture {
 pub fn channel(case: &Case, viewport: &Arc<Viewport>, section: &Arc<Mutex<Section>>) -> Channel {
     let (viewport, section, drawn) = (Arc::clone(viewport), Arc::clone(section), case.clone());
     // of sections, pixels take 0.75 bytes
-    let bytes = (6 << 10) + 3 * (viewport.columns * viewport.rows) as u64 / 2;
+    let bytes = (6 << 10) + 3 * (viewport.columns * (viewport.rows + viewport.above)) as u64 / 2;
     let mut picture = None;
     let mut message = foxglove::CompressedImage {
         frame_id: WORLD.into(),
@@ -86,7 +86,10 @@ impl Picture {
         self.plate.paint(section.levels(view.step, frame), fields, &mut self.pixels);
         drop(section);
         let section = &self.plate.section;
-        section.indenter(&mut self.pixels, &self.face, self.pressed * view.depth);
+        // one that gives is part of the section
+        if view.striker.is_none() {
+            section.indenter(&mut self.pixels, &self.face, self.pressed * view.depth);
+        }
         section.contact(&mut self.pixels, view.contact_radius * self.plate.scale);
         let Units { time, force, speed, .. } = self.units;
         let [time, force, speed] = [(time, view.time), (force, view.drag), (speed, view.velocity)]

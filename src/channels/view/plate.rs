@@ -53,10 +53,13 @@ impl Plate {
     /// The images of a case.
     pub fn new(case: &Case, viewport: &Viewport) -> Self {
         let (columns, rows) = (2 * viewport.columns, viewport.rows);
-        let block = SECTION.div_ceil(columns).min(HEIGHT / rows).max(1);
+        let block = SECTION.div_ceil(columns).min(HEIGHT / (rows + viewport.above)).max(1);
         let (half, depth) = ((viewport.columns * block) as i64, (rows * block) as i64);
         let scale = block as f64 / viewport.pixel;
-        let headroom = (HEADROOM * viewport.depth.min(viewport.half_width) * scale).ceil() as i64;
+        let headroom = match viewport.above {
+            0 => (HEADROOM * viewport.depth.min(viewport.half_width) * scale).ceil() as i64,
+            above => (above * block) as i64,
+        };
         let width = (2 * half + LEFT + RIGHT).max(WIDTH);
         let axis = LEFT + (width - LEFT - RIGHT) / 2;
         let surface = TOP + headroom;
@@ -67,7 +70,10 @@ impl Plate {
             top: TOP as usize,
             columns: shown(columns).collect(),
             // rows of levels begin at the bottom
-            rows: std::iter::repeat_n(None, headroom as usize).chain(shown(rows).rev()).collect(),
+            rows: match viewport.above {
+                0 => std::iter::repeat_n(None, headroom as usize).chain(shown(rows).rev()).collect(),
+                above => shown(rows + above).rev().collect(),
+            },
             interfaces: viewport.layers.iter().skip(1).map(interface).collect(),
             axis,
             surface,

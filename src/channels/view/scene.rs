@@ -120,7 +120,8 @@ impl Scene {
         let mut entities = vec![
             SceneEntity {
                 lines: vec![self.body.0.clone()],
-                triangles: vec![self.body.1.clone()],
+                // one that gives shows its field
+                triangles: view.striker.is_none().then(|| self.body.1.clone()).into_iter().collect(),
                 ..new("indenter", INDENTER)
             },
             lines(

@@ -2,11 +2,12 @@
 //!
 //! The pictures of a frame share one raster.
 
-use percuss_canvas::{SIDE, ZERO, level};
+use percuss_canvas::{EMPTY, SIDE, ZERO, level};
 
 use super::viewport::{Viewport, range};
 use crate::{
     case::Case,
+    grid::place,
     model::{Extent, Field, Frame, Sample},
 };
 
@@ -29,6 +30,8 @@ pub struct Section {
 struct Nodes {
     rows: Vec<usize>,
     columns: Vec<usize>,
+    /// Row and column for every pixel above the surface, from the lowest row up, where an indenter that gives is.
+    above: Vec<Option<[usize; 2]>>,
 }
 
 impl Section {
@@ -52,6 +55,7 @@ impl Section {
                 columns: (0..viewport.columns)
                     .map(|i| nearest(grid.place(middle(i)) / every as f64))
                     .collect(),
+                above: striker_nodes(case, viewport, above, &shown.r),
             },
             step: None,
             levels: Vec::new(),
@@ -72,9 +76,12 @@ impl Section {
             // at rest, unless a node of the sample follows
             self.levels.clear();
             self.levels.resize(rows * 2 * columns * fields, ZERO);
+            self.levels.resize((rows * columns + self.nodes.above.len()) * 2 * fields, EMPTY);
             for (number, (field, scale)) in self.fields.iter().zip(&self.scales).enumerate() {
                 let sample = frame.sample(*field).expect("a frame has every field that is recorded");
                 fill(&mut self.levels, (number, fields), &self.nodes, sample, *scale);
+                let above = &mut self.levels[rows * 2 * columns * fields..];
+                fill_above(above, (number, fields), &self.nodes, sample, *scale);
             }
         }
         &self.levels
@@ -101,6 +108,44 @@ fn fill(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sampl
         }
         for (cell, pixel) in left.chunks_exact_mut(fields).rev().zip(&half) {
             cell[field] = *pixel;
+        }
+    }
+}
+
+/// Nodes of an indenter that gives, for pixels above the surface: it stands over the gap that its head leaves.
+///
+/// * `depths`: of its rows, from the rear on
+/// * `radii`: of the columns that are shown
+fn striker_nodes(case: &Case, viewport: &Viewport, depths: &[f64], radii: &[f64]) -> Vec<Option<[usize; 2]>> {
+    let Some(striker) = &case.indenter.striker else { return Vec::new() };
+    let (shape, radius) = (case.shape(), striker.body.radius.unwrap_or(f64::INFINITY));
+    // from the nose up
+    let heights: Vec<f64> = depths.iter().rev().map(|z| -z).collect();
+    let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
+    let node = |row: usize, column: usize| {
+        let r = middle(column);
+        let height = middle(row) - shape.profile(r);
+        let up = nearest_row(&heights, height);
+        let is_inside = r <= radius && height >= 0.0 && up < heights.len();
+        let column = (place(radii, r).round().max(0.0) as usize).min(radii.len() - 1);
+        is_inside.then(|| [heights.len() - 1 - up, column])
+    };
+    (0..viewport.above).flat_map(|row| (0..viewport.columns).map(move |column| (row, column)))
+        .map(|(row, column)| node(row, column))
+        .collect()
+}
+
+/// Fills in the levels of one of the fields above the surface.
+fn fill_above(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sample: &Sample, scale: f32) {
+    let (columns, nr) = (nodes.columns.len(), sample.extent.nr);
+    for (row, nodes) in levels.chunks_exact_mut(2 * columns * fields).zip(nodes.above.chunks_exact(columns)) {
+        let (left, right) = row.split_at_mut(columns * fields);
+        let cells = right.chunks_exact_mut(fields).zip(left.chunks_exact_mut(fields).rev());
+        for ((right, left), node) in cells.zip(nodes) {
+            if let Some([j, i]) = node {
+                let value = level(sample.values[j * nr + i] * scale);
+                (right[field], left[field]) = (value, value);
+            }
         }
     }
 }
@@ -132,7 +177,7 @@ mod tests {
 
     #[test]
     fn both_halves_are_mirror_images() {
-        let nodes = Nodes { rows: vec![1, 0], columns: vec![0, 1, 2] };
+        let nodes = Nodes { rows: vec![1, 0], columns: vec![0, 1, 2], above: Vec::new() };
         let extent = Extent { nr: 2, nz: 1 };
         let slice = Sample { field: Field::Stress, extent, values: vec![10.0, 20.0] };
         let mut levels = vec![ZERO; 2 * 6];

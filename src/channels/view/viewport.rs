@@ -52,8 +52,10 @@ pub struct Viewport {
     pub pixel: f64,
     /// Pixels of half a row.
     pub columns: usize,
-    /// Rows of pixels.
+    /// Rows of pixels of the target.
     pub rows: usize,
+    /// Rows of pixels above it, which show an indenter that gives.
+    pub above: usize,
     /// Factor by which displacements and heads are drawn higher than they are.
     pub exaggeration: f64,
     /// Right half of the face of the indenter in its own frame, from the axis outwards, to scale: shape `(n, [x, y])` \[R\].
@@ -105,7 +107,16 @@ impl Viewport {
         let shown = nodes / (case.record.field_every as f64).powi(2);
         let pixels = (nodes / 10.0).min(shown).clamp(8e3, 4e4);
         let pixel = (half_width * depth / pixels).sqrt();
-        let exaggeration = round_down(DEEPEST * depth.min(half_width) / largest_displacement(case));
+        // of an indenter that gives, as much as of the target, and to scale
+        let striker = case.indenter.striker.as_ref();
+        let above = striker.map_or(0.0, |striker| {
+            let room = depth.min(half_width);
+            striker.body.thickness.map_or(room, |height| room.min(height + shape.profile(half_width.min(reach))))
+        });
+        let exaggeration = match striker {
+            Some(_) => 1.0,
+            None => round_down(DEEPEST * depth.min(half_width) / largest_displacement(case)),
+        };
         let face = face(&shape, &case.indenter.head, reach.min(half_width), exaggeration);
         let highest = face.iter().map(|point| point[1]).fold(0.0, f64::max);
         Self {
@@ -114,6 +125,7 @@ impl Viewport {
             pixel,
             columns: ((half_width / pixel).ceil() as usize).max(1),
             rows: ((depth / pixel).ceil() as usize).max(1),
+            above: (above / pixel).ceil() as usize,
             exaggeration,
             top: highest + 0.4 * reach.min(half_width).min(depth),
             face,

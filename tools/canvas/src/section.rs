@@ -8,6 +8,8 @@ use crate::raster::{BLACK, Raster, WHITE};
 pub const ZERO: u8 = 128;
 /// Levels from 0 to the end of the scale on either side; levels 0 and 1 are no values.
 pub const SIDE: f64 = 126.0;
+/// Level where there is no body.
+pub const EMPTY: u8 = 1;
 /// Colour of the indenter.
 pub const BODY: u8 = 16;
 /// Colour where there is no value.
@@ -37,7 +39,11 @@ pub fn share(level: u8) -> f64 {
 /// Number of the colour of a level in a [`palette`].
 #[must_use]
 pub fn colour(level: u8) -> u8 {
-    if level < 2 { UNKNOWN } else { LEVELS + level / 2 }
+    match level {
+        0 => UNKNOWN,
+        EMPTY => WHITE,
+        level => LEVELS + level / 2,
+    }
 }
 
 /// The colours of sections: white, greys, black, the indenter, no value, levels. Shape `(256, [red, green, blue])`.
