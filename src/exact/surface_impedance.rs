@@ -75,7 +75,7 @@ impl SurfaceImpedance {
     }
 
     /// `Q(ζ)` for real ζ.
-    pub(super) fn at(&self, zeta: f64) -> f64 {
+    pub fn at(&self, zeta: f64) -> f64 {
         let m = self.beta * self.beta;
         let y = m * zeta * zeta;
         let n = ((16.0 * (1.0 - m) * y + 24.0 - 16.0 * m) * y + 8.0) * y + 1.0;

@@ -6,9 +6,10 @@
 //!  ───│a│─── PMMA
 //! ```
 
-use percuss::{case::Case, exact::closed_form::ClosedForm};
+use percuss::{case::Case, exact::closed_form::ClosedForm, session, simulation::Simulation, view::View};
 
 use super::run;
+use crate::closed_forms::hertz_radiation::{Impact, impact};
 
 const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nmaterial = \"pmma\"\n[indenter]\n\
     shape = \"sphere\"\nnose_radius = \"3 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"2 m/s\"\n\
@@ -52,4 +53,43 @@ fn drag_and_velocity_of_a_slow_impact_are_those_of_hertz() {
     let errors = [largest[0] / peak, largest[1] / velocity];
     println!("largest errors of drag and velocity: {errors:?} of the peak and of V0");
     assert!(errors[0] < 0.03 && errors[1] < 0.015, "{errors:?}");
+}
+
+/// What waves carry away shortens the peak and the rebound: without them the force would be 1.2 and 1.7 % off, restitution 2 and 3 %. On 20 cells across the contact
+/// differences are 0.04 % of the force, 0.15 % of the time and 4e-5 of the restitution, and 1.5 % of the contact radius on steel.
+#[test]
+fn balls_lose_what_waves_carry_away() {
+    for target in ["steel", "pmma"] {
+        let more = [
+            format!("target.material={target}"),
+            "indenter.material=pmma".into(),
+            "impact.velocity=\"3 m/s\"".into(),
+            "run.end_time=\"60 us\"".into(),
+            "run.stop=separation".into(),
+            "record.fields=[]".into(),
+        ];
+        let case =
+            Case::parse("ball", BALL, &more, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+        assert_eq!(case.mesh.density(), ("mesh.contact_cells", 20));
+        let beta = case.target.material.shear_wave_speed;
+        let Impact { force, duration, contact_radius, restitution } =
+            impact(case.impact.velocity, 1.0, case.indenter.mass, beta).expect("a ball");
+        let mut peak = [0.0_f64; 2];
+        let mut contact = Vec::new();
+        let mut look = |view: &View<'_>| {
+            peak = [peak[0].max(view.drag), peak[1].max(view.contact_radius)];
+            if view.drag > 0.0 {
+                contact.push(view.time);
+            }
+        };
+        let outcome = session::run(&mut Simulation::new(&case), &mut [&mut look]).expect("a run");
+        let [rebound, loss] = [outcome.validity.rebound, outcome.validity.mesh_loss];
+        let seen = (rebound.expect("a rebound") + loss.expect("a loss")).sqrt();
+        let lasted = contact.last().expect("a contact") - contact[0];
+        let errors = [peak[0] / force, peak[1] / contact_radius, lasted / duration].map(|ratio| ratio - 1.0);
+        println!("{target}: force, contact radius, time {errors:?}, restitution {seen} {restitution}");
+        assert!(errors[0].abs() < 1e-3 && errors[2].abs() < 2.5e-3, "{target}: {errors:?}");
+        assert!(errors[1].abs() < 0.02, "{target}: {errors:?}");
+        assert!((seen - restitution).abs() < 1e-4, "{target}: {seen} {restitution}");
+    }
 }

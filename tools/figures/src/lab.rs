@@ -51,8 +51,10 @@ impl<'a> Lab<'a> {
 
     /// A setting, of cells fewer if meshes are to be coarser.
     fn set(&self, set: &str) -> String {
-        let cells = set.strip_prefix("mesh.cells=").and_then(|cells| cells.parse::<usize>().ok());
-        cells.map_or_else(|| set.to_owned(), |cells| format!("mesh.cells={}", cells / self.coarser))
+        let (key, value) = set.split_once('=').unwrap_or((set, ""));
+        let is_mesh = ["mesh.cells", "mesh.contact_cells"].contains(&key);
+        let cells = value.parse::<usize>().ok().filter(|_| is_mesh);
+        cells.map_or_else(|| set.to_owned(), |cells| format!("{key}={}", cells / self.coarser))
     }
 
     /// Computes a case.
@@ -72,7 +74,7 @@ impl<'a> Lab<'a> {
 
     /// Computes a case with keys that vary.
     ///
-    /// * `varied`: what varies, `KEY=SPEC`
+    /// * `varied`: what varies, `KEY=SPEC`, or a file with a row for each case
     /// * `keep`: which recordings are kept
     pub fn sweep(
         &self,
@@ -88,7 +90,9 @@ impl<'a> Lab<'a> {
         }
         let sets = sets.iter().flat_map(|set| ["--set".to_owned(), self.set(set)]);
         let varied = varied.iter().flat_map(|vary| {
-            let (key, values) = vary.split_once('=').unwrap_or((vary, ""));
+            let Some((key, values)) = vary.split_once('=') else {
+                return ["--vary".to_owned(), (*vary).to_owned()];
+            };
             let values: Vec<String> = match key {
                 "mesh.cells" => values.split(',').map(|n| self.set(&format!("{key}={n}"))).collect(),
                 _ => vec![format!("{key}={values}")],
@@ -166,6 +170,13 @@ impl Swept {
         let path = self.recordings.get(&number).cloned();
         let nothing = || Failure(format!("{}: no recording of case {number}", self.command));
         Ok(Made { path: path.ok_or_else(nothing)?, command: self.command.clone() })
+    }
+
+    /// A column, in the order of the cases that have it.
+    pub fn numbers(&self, name: &str) -> Vec<f64> {
+        let place = self.headings.iter().position(|heading| heading == name);
+        let number = |row: &Vec<String>| row.get(place?)?.parse().ok();
+        self.rows.iter().filter_map(number).collect()
     }
 
     /// A column over another, of rows that have both, and of a value of a third column if one is chosen.

@@ -2,7 +2,7 @@
 //!
 //! One command runs the built-in cases with the command line of percuss, keeps their recordings, reads them with the
 //! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML; a second one that compares the
-//! simplified with the full theory, one of layered targets, and one of a sweep.
+//! simplified with the full theory, one of layered targets, one of a sweep, and one of balls against Hertz.
 //!
 //! | Module | Owns |
 //! |---|---|
@@ -12,6 +12,7 @@
 //! | `theories` | the simplified against the full theory |
 //! | `layers` | layered targets |
 //! | `sweeps` | a sweep over mass and material |
+//! | `hertz` | balls on half-spaces, against Hertz with radiation |
 //! | `figure`, `page` | the parts of a figure; the pages |
 
 use std::{
@@ -31,6 +32,7 @@ use crate::{figure::Figure, lab::Lab, page::Page};
 #[path = "../../../tests/closed_forms/mod.rs"]
 mod closed_forms;
 mod figure;
+mod hertz;
 mod lab;
 mod layers;
 mod noise;
@@ -49,6 +51,7 @@ Examples:
   percuss-figures --only theories     the simplified against the full theory alone: theories.html, theories.md
   percuss-figures --only layers       layered targets alone: layers.html, layers.md
   percuss-figures --only sweeps       a ball on plates of five materials: sweeps.html, sweeps.md
+  percuss-figures --only hertz        balls on half-spaces, against Hertz with radiation: hertz.html, hertz.md
   percuss-figures --only paper --quick -o draft
   percuss-figures -o /tmp/page --force"
 )]
@@ -62,7 +65,7 @@ struct Arguments {
     /// Write this page alone
     #[arg(long, value_enum)]
     only: Option<Which>,
-    /// Take meshes a quarter as fine: a look at the pages of the paper and of the sweep in a minute, with larger errors
+    /// Take meshes a quarter as fine, for Hertz half: a look at the pages of the paper, of the sweep and of Hertz in a minute each, with larger errors
     #[arg(long)]
     quick: bool,
 }
@@ -78,6 +81,8 @@ enum Which {
     Layers,
     /// A ball on plates of five materials, over three decades of mass
     Sweeps,
+    /// Balls on half-spaces, against Hertz with the energy that waves carry away
+    Hertz,
 }
 
 /// Why there is no page.
@@ -152,6 +157,11 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     if is_asked(Which::Sweeps) {
         let page = sweeps::page(&progress, if arguments.quick { 4 } else { 1 })?;
         let path = write("sweeps", &page, folder, &progress)?;
+        index.get_or_insert(path);
+    }
+    if is_asked(Which::Hertz) {
+        let page = hertz::page(&progress, if arguments.quick { 2 } else { 1 })?;
+        let path = write("hertz", &page, folder, &progress)?;
         index.get_or_insert(path);
     }
     progress.bar.finish_and_clear();

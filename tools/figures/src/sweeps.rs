@@ -8,7 +8,7 @@ use crate::{
     Failure, Progress,
     figure::{Figure, curve},
     lab::Lab,
-    page::Page,
+    page::{Page, code},
 };
 
 /// The case, as a user would write it.
@@ -97,9 +97,4 @@ pub fn page(progress: &Progress, coarser: usize) -> Result<Page, Failure> {
         tables: Vec::new(),
         ending: String::new(),
     })
-}
-
-/// Lines of a file, one after the other in a sentence.
-fn code(text: &str) -> String {
-    text.lines().map(|line| format!("`{line}`")).collect::<Vec<_>>().join(" · ")
 }
