@@ -3,13 +3,29 @@
 //! The numbers are those of the messages of a recording, in its units and in their order, so a reader of the messages measures the same,
 //! bit for bit.
 
-use percuss_table::measures::{EXTENSION, Measure, Observations, RECONTACT, SEPARATION, Said};
+use percuss_table::measures::{self, EXTENSION, Measure, Observations, RECONTACT, SEPARATION, Said};
 
 use crate::{
+    case::Case,
     units::Units,
     validity::{Peak, Validity},
     view::{EventKind, View},
 };
+
+/// Units of what is measured.
+pub fn units(units: Units) -> measures::Units {
+    let Units { length, time, speed, force, energy, stress } = units;
+    let [time, length, speed, force, energy, stress] =
+        [time, length, speed, force, energy, stress].map(|unit| Some(unit.name.to_owned()));
+    measures::Units { time, length, speed, force, energy, stress }
+}
+
+/// Names of all that is measured of a case, in the order of the columns.
+pub fn names(case: &Case) -> Vec<String> {
+    let interfaces = vec![Default::default(); case.sizes.layers.len() - 1];
+    let measures = Observations::default().measures(&Said { interfaces, ..Said::default() });
+    measures.into_iter().map(|measure| measure.name.into_owned()).collect()
+}
 
 /// Measures of a run that is under way.
 pub struct Measuring {

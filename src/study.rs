@@ -1,6 +1,6 @@
 //! Convergence studies: one case on meshes refined by two, and the limits of its numbers.
 //!
-//! Every quantity has a value per mesh. From the last three, `v_1, v_2, v_3` on meshes refined by ρ,
+//! Every quantity has a value per mesh: drag, velocity and stress at given times, what is measured of the whole run, as `percuss.summary` has it, and times of events. From the last three, `v_1, v_2, v_3` on meshes refined by ρ,
 //!
 //! ```text
 //! observed order   p = ln((v_2 − v_1)/(v_3 − v_2))/ln ρ
@@ -17,10 +17,12 @@
 //! their order are those against it.
 
 use std::{
+    borrow::Cow,
     collections::{BTreeMap, VecDeque},
     sync::Arc,
 };
 
+use percuss_table::measures::Measure;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -32,19 +34,38 @@ use crate::{
         event::{Event, EventKind},
     },
     exact::closed_form::ClosedForm,
+    measuring::{self, Measuring},
     session::{self, RunError},
     simulation::Simulation,
     units::{Dimension, Unit, Units},
     view::View,
 };
 
-/// Times and radii of a study.
+/// What a study looks at.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     /// Times of drag, velocity and stress \[R/c_p\].
     pub times: Vec<f64>,
     /// Radii of stress \[R\].
     pub probes: Vec<f64>,
+    /// What is measured of the whole run, by the names of `percuss.summary`.
+    pub measures: Vec<String>,
+}
+
+/// Measures of an impact: those that a study looks at unless others are asked for.
+///
+/// Of a head that does not spread its contact its radius is given.
+pub fn default_measures(case: &Case) -> Vec<String> {
+    let names = [
+        "peak_force",
+        "impulse",
+        "contact_duration",
+        "contact_radius",
+        "restitution",
+        "restitution_mesh_corrected",
+    ];
+    let spreads = case.shape().spreads();
+    names.iter().filter(|name| spreads || **name != "contact_radius").map(|name| (*name).to_owned()).collect()
 }
 
 /// One mesh of a study.
@@ -68,7 +89,7 @@ pub struct Quantity {
     /// Name.
     pub name: String,
     /// Unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Values, from the coarsest mesh to the finest; `None` where there is none.
     pub values: Vec<Option<f64>>,
     /// Observed order, if the values have one.
@@ -101,6 +122,7 @@ struct Trace {
     times: Vec<f64>,
     columns: Vec<Vec<f64>>,
     events: BTreeMap<&'static str, f64>,
+    measures: Vec<Measure>,
     /// Interface stress of the last steps, the newest one last.
     pressures: VecDeque<Arc<[f64]>>,
     warnings: Vec<Finding>,
@@ -174,6 +196,18 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
             quantities.push(Quantity::assess(name, unit.name, values, exact, ratio));
         }
     }
+    for name in &plan.measures {
+        let found = |trace: &Trace| trace.measures.iter().find(|measure| measure.name == *name).cloned();
+        let measures: Vec<Option<Measure>> = traces.iter().map(found).collect();
+        let Some(quantity) = measures.iter().flatten().next().map(|measure| measure.quantity) else {
+            continue;
+        };
+        let values: Vec<_> = measures.into_iter().map(|measure| measure?.value).collect();
+        if values.iter().any(Option::is_some) {
+            let unit = quantity.unit(&measuring::units(units)).unwrap_or_else(|| "1".into());
+            quantities.push(Quantity::assess(name.clone(), unit, values, None, ratio));
+        }
+    }
     let turns = finest.impact.contact == Rule::Unilateral && finest.shape().spreads();
     for (kind, name) in EVENTS {
         let recorded = |trace: &Trace| trace.events.get(name).map(|time| units.time.of(*time));
@@ -227,8 +261,9 @@ fn exact(form: &ClosedForm, plan: &Plan, column: usize, time: f64) -> Option<f64
 const EVENTS: [(EventKind, &str); 3] = [
     (EventKind::Extension, "extension"),
     (EventKind::Rebound, "rebound"),
-    (EventKind::Separation, "separation"),
+    (EventKind::Separation, SEPARATION),
 ];
+const SEPARATION: &str = "separation";
 
 /// Columns of a trace.
 const DRAG: usize = 0;
@@ -238,13 +273,21 @@ const FIRST_PROBE: usize = 2;
 fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
     let (events, pressures) = (BTreeMap::new(), VecDeque::new());
-    let mut trace = Trace { times: Vec::new(), columns, events, pressures, warnings: Vec::new() };
+    let (warnings, measures) = (Vec::new(), Vec::new());
+    let mut trace = Trace { times: Vec::new(), columns, events, measures, pressures, warnings };
+    let mut measuring = Measuring::new(case.units(), true);
     let mut collect = |view: &View<'_>| {
         trace.observe(view, plan);
+        measuring.take(view);
         watch(view.step);
     };
     let mut steps = Advised::new(case, Simulation::new(case));
-    session::run(&mut steps, &mut [&mut collect])?;
+    let outcome = session::run(&mut steps, &mut [&mut collect])?;
+    trace.measures = measuring.measures(&outcome.validity);
+    if !trace.events.contains_key(SEPARATION) {
+        // the contact outlasts the run
+        trace.measures.retain(|measure| measure.name != "contact_duration");
+    }
     trace.warnings = steps.findings().to_vec();
     Ok(trace)
 }
@@ -331,7 +374,7 @@ impl Quantity {
     /// * `ratio`: factor of the refinement
     fn assess(
         name: String,
-        unit: &'static str,
+        unit: impl Into<Cow<'static, str>>,
         values: Vec<Option<f64>>,
         exact: Option<f64>,
         ratio: f64,
@@ -339,7 +382,7 @@ impl Quantity {
         const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.5;
         let mut quantity = Self {
             name,
-            unit,
+            unit: unit.into(),
             values,
             order: None,
             extrapolated: None,
@@ -473,6 +516,7 @@ mod tests {
             let plan = Plan {
                 times: (1..25).map(|m| f64::from(m) / 24.5 * end).collect(),
                 probes: vec![0.1, 0.3, 0.5, 0.7],
+                ..Plan::default()
             };
             let study = study(&cases, &plan, |_| {}).expect("a solver");
             for quantity in &study.quantities {

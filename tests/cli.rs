@@ -479,6 +479,7 @@ fn a_study_reports_orders_and_error_bars() {
     }
     for (more, status, reason) in [
         (&["--refine", "3"][..], 2, "power of two"),
+        (&["--measures", "peak"], 2, "--measures peak: it is one of peak_force, peak_time, "),
         (&["--times", "99"], 2, "the run is from 0"),
         (&["-o", "order.svg"], 2, ".csv"),
         (&["-o", "order.csv"], 1, "--force"),
@@ -489,6 +490,56 @@ fn a_study_reports_orders_and_error_bars() {
         assert_eq!(output.status.code(), Some(status), "{more:?}");
         assert!(stderr(&output).contains(reason), "{}", stderr(&output));
     }
+}
+
+#[test]
+fn a_study_has_orders_of_what_is_measured_of_the_run() {
+    let folder = folder();
+    let ball = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nmaterial = \"pmma\"\n[indenter]\n\
+        shape = \"sphere\"\nnose_radius = \"5 mm\"\nmaterial = \"pmma\"\n[impact]\nvelocity = \"10 m/s\"\n\
+        [mesh]\ncontact_cells = 8\nnear_radius = \"1.2 mm\"\nnear_depth = \"1.2 mm\"\n[run]\nend_time = \"42 us\"\nstop = \"separation\"\n[record]\nframes = 0\n";
+    fs::write(folder.path().join("ball.toml"), ball).expect("a case");
+    let output = percuss(folder.path(), &["study", "ball.toml", "--times", "9us", "-o", "order.json", "-q"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let printed = String::from_utf8(output.stdout).expect("text");
+    let text = fs::read_to_string(folder.path().join("order.json")).expect("results");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let quantities = json["quantities"].as_array().expect("a list");
+    let quantity = |name: &str| quantities.iter().find(|quantity| quantity["name"] == name);
+    // those of the run on the coarsest mesh
+    let run = percuss(folder.path(), &["run", "ball.toml", "-o", "ball.mcap", "-q"]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let bytes = fs::read(folder.path().join("ball.mcap")).expect("a recording");
+    let summary = &crate::recording::metadata(&bytes)["percuss.summary"];
+    for (name, unit) in [
+        ("peak_force", "N"),
+        ("impulse", "N s"),
+        ("contact_duration", "s"),
+        ("contact_radius", "m"),
+        ("restitution", "1"),
+        ("restitution_mesh_corrected", "1"),
+    ] {
+        let quantity = quantity(name).unwrap_or_else(|| panic!("{name}: {text}"));
+        assert_eq!(quantity["unit"], unit, "{name}");
+        let values: Vec<f64> = quantity["values"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .filter_map(|value| value.as_f64())
+            .collect();
+        assert_eq!(Some(values[0]), summary.get(name).and_then(|value| value.parse().ok()), "{name}");
+        let bar = quantity["error_bar"].as_f64().expect("a bar");
+        assert!(values.len() == 3 && (values[2] - values[1]).abs() <= bar, "{quantity}");
+        assert!(bar < 0.1 * values[2] && printed.contains(&format!("{name} [{unit}]")), "{quantity}");
+    }
+    assert!(quantity("depth").is_none());
+    // a contact that outlasts the run has no duration yet
+    let short = ["study", "ball.toml", "--set", "run.end_time=9us", "--times", "9us", "-q"];
+    let measures = ["--measures", "depth,contact_duration"];
+    let output = percuss(folder.path(), &[&short[..], &measures].concat());
+    let printed = String::from_utf8(output.stdout).expect("text");
+    assert!(printed.contains("depth [m]"), "{printed}");
+    assert!(!printed.contains("contact_duration") && !printed.contains("peak_force"), "{printed}");
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
-fn metadata(bytes: &[u8]) -> BTreeMap<String, BTreeMap<String, String>> {
+pub(crate) fn metadata(bytes: &[u8]) -> BTreeMap<String, BTreeMap<String, String>> {
     let summary = summary(bytes);
     let read = |index| mcap::read::metadata(bytes, index).expect("a metadata record");
     summary.metadata_indexes.iter().map(read).map(|record| (record.name, record.metadata)).collect()

@@ -17,7 +17,8 @@ use super::{
 use crate::{
     advice::{Finding, codes},
     case::Case,
-    study::{Plan, Study, on_meshes, study},
+    measuring,
+    study::{Plan, Study, default_measures, on_meshes, study},
     units::{Dimension, Units},
 };
 
@@ -27,6 +28,7 @@ Examples:
   percuss study fig2-prescribed --set mesh.cells=50 --refine 8 --times 1,3,5 \\
       --probes 0,0.2
   percuss study fig8-m5 --refine 4 -o fig8-m5.json
+  percuss study ball --measures peak_force,contact_duration,restitution
   percuss study fig4 -o fig4.csv
   percuss-read plot fig4.csv --x cells --y relative_error --by quantity \\
       --log xy
@@ -55,6 +57,9 @@ pub(super) struct StudyArguments {
     /// Radii of the stress; in a physical case with their unit [default: the probes of the case]
     #[arg(long, value_name = "R", value_delimiter = ',')]
     probes: Vec<String>,
+    /// What is measured of the whole run, as `percuss-read summary` names it [default: peak_force, impulse, contact_duration, contact_radius, restitution, restitution_mesh_corrected]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    measures: Vec<String>,
     #[command(flatten)]
     threads: ThreadArguments,
     /// Also write the results, as .csv or .json
@@ -129,7 +134,13 @@ impl StudyArguments {
         let radius = "a radius is not negative";
         let probes = read("--probes", &self.probes, Dimension::Length, f64::INFINITY, radius)?;
         let spread = || [0.23, 0.48, 0.73, 0.98].map(|share| (share * end * 1e6).round() / 1e6).to_vec();
+        let known = if self.measures.is_empty() { Vec::new() } else { measuring::names(case) };
+        if let Some(unknown) = self.measures.iter().find(|name| !known.contains(name)) {
+            let text = format!("--measures {unknown}: it is one of {}", known.join(", "));
+            return Err(CliError::Usage(text));
+        }
         Ok(Plan {
+            measures: if self.measures.is_empty() { default_measures(case) } else { self.measures.clone() },
             times: if times.is_empty() { spread() } else { times },
             probes: if probes.is_empty() { case.record.probes.clone() } else { probes },
         })
@@ -183,7 +194,7 @@ fn csv(case: &Case, study: &Study) -> String {
         for (level, value) in study.levels.iter().zip(&quantity.values) {
             write([
                 &quantity.name,
-                quantity.unit,
+                &quantity.unit,
                 &level.cells.to_string(),
                 &number(Some(level.dr)),
                 &number(Some(level.dt)),

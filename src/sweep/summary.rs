@@ -2,10 +2,7 @@
 
 use std::{io, iter::repeat};
 
-use percuss_table::{
-    Cell, CellType, Heading, Sink,
-    measures::{self, Measure},
-};
+use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 
 use super::{
     journal::{Done, Entry},
@@ -13,7 +10,7 @@ use super::{
     plan::Plan,
     spec::number,
 };
-use crate::{case::quantity_si, geometry::Geometry, units::Units};
+use crate::{case::quantity_si, geometry::Geometry, measuring};
 
 /// Writes the rows of some cases, by their numbers; those that are not done have none.
 ///
@@ -46,18 +43,9 @@ fn interfaces(plan: &Plan, done: &Done) -> usize {
 
 /// The columns of a summary: number of the case, what varies, how it ended, what was measured, what it is warned of.
 fn headings(plan: &Plan, measures: Vec<Measure>) -> Vec<Heading> {
-    let name = |unit: &str| Some(unit.to_owned());
-    let Units { length, time, speed, force, energy, stress, .. } = plan.first.units();
     let is_si = plan.first.scales.is_some();
     // dimensionless recordings have units too: those of the theory
-    let units = measures::Units {
-        time: name(time.name),
-        length: name(length.name),
-        speed: name(speed.name),
-        force: name(force.name),
-        energy: name(energy.name),
-        stress: name(stress.name),
-    };
+    let units = measuring::units(plan.first.units());
     let text = |name: &str, kind| Heading { name: name.into(), unit: None, kind };
     let varied = plan.keys().enumerate().map(|(column, key)| match column_unit(plan, column) {
         Some(unit) => Heading { name: key.into(), unit: unit.filter(|_| is_si), kind: CellType::Double },

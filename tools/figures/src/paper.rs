@@ -58,7 +58,7 @@ pub fn closed_forms(progress: &Progress) -> Result<Table, Failure> {
     let mut rows = vec![heading.map(str::to_owned).to_vec()];
     for (case, cells, time, r) in cases {
         progress.next(&format!("percuss study {case} --times {time} --probes {r}"));
-        let plan = Plan { times: vec![time], probes: vec![r] };
+        let plan = Plan { times: vec![time], probes: vec![r], ..Plan::default() };
         let study = convergence(case, &cells, &plan)?;
         for quantity in &study.quantities {
             let Some(errors) = &quantity.errors else { continue };

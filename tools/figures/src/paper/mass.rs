@@ -38,7 +38,7 @@ fn fig8(lab: &Lab<'_>) -> Result<Figure, Failure> {
             ..Panel::default()
         });
         let cells = [50, 100, 200];
-        let study = convergence(&case, &cells, &Plan { times: Vec::new(), probes: Vec::new() })?;
+        let study = convergence(&case, &cells, &Plan::default())?;
         statements.push(statement(
             format!("M = {mass}: first tension at t_ext = {t_ext}"),
             format!("t = {last:.3}"),
