@@ -3,11 +3,13 @@
 
     accuracy.py [--task NAME ...] [--threads K] [--rounds R] [--largest N]
 
-Needs `cargo build --release`, gcc and numpy (see --python); for the full theory CalculiX, `ccx` (see calculix.py).
+Needs `cargo build --release`, gcc and numpy (see --python); for the full theory CalculiX, `ccx` (see calculix.py); for the ball scikit-fem.
 
 Tasks: "axis", the stress on the axis of Fig. 5 between two fronts, beside the finest mesh of the default scheme; "punch", the drag of the plane flat
 punch until a wave has crossed it, beside the closed form; "paraboloid", the stress on the axis under the paraboloid of Eq. 16 with prescribed
-motion, away from fronts, beside the closed form. "elastic-punch" and "elastic-paraboloid" are the last two in the full theory.
+motion, away from fronts, beside the closed form. "elastic-punch" and "elastic-paraboloid" are the last two in the full theory. "ball", the peak
+force and the contact time of a steel ball on aluminium (see graded.py), on meshes of equal grading, of percuss and of finite elements, in CPU seconds of one
+thread: of percuss those of the whole process, of the elements those of the steps and those of the assembly too.
 
 Meshes get finer by √2. A scheme has reached an accuracy on the first mesh from which on no rms error is larger; the last column says how far it
 came. percuss is timed as a whole process that records every step, without frames. A plain C sweep of the paper's scheme has the numbers of
@@ -19,7 +21,9 @@ import bisect
 import csv
 import io
 import json
+import os
 import pathlib
+import resource
 import statistics
 import subprocess
 import sys
@@ -156,9 +160,82 @@ def cell(scheme, errors, tolerance, rounds):
     return "–"
 
 
+BALL = """
+model = "elastic"
+[target]
+thickness = "half-space"
+material = "aluminium"
+[indenter]
+shape = "sphere"
+nose_radius = "5 mm"
+material = "steel"
+[impact]
+velocity = "10 m/s"
+[run]
+end_time = "30 us"
+stop = "separation"
+[record]
+frames = 0
+"""
+# peak force [N] by an independent program on equal cells; contact time [s], to which both programs converge
+BALL_EXPECTED = (5819.0, 25.647e-6)
+BALL_LADDER = [10, 14, 20, 28, 40]
+BALL_TOLERANCES = [2e-3, 1e-3, 5e-4]
+
+
+def ball_by_percuss(n, folder):
+    case, run = folder / "ball.toml", folder / "ball.mcap"
+    case.write_text(BALL)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [RELEASE / "percuss", "run", case, "--set", f"mesh.contact_cells={n}", "--threads", "1", "-o", run, "--force", "-q"]
+    subprocess.run(command, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    command = [RELEASE / "percuss-read", "summary", run, "--units", "base", "--format", "csv"]
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    row = next(csv.DictReader(io.StringIO(text)))
+    found = [float(next(value for name, value in row.items() if name.split(" [")[0] == key)) for key in ("peak_force", "contact_duration")]
+    return [seconds, seconds], found
+
+
+def ball_by_elements(n, folder):
+    command = [PlainC.python, HERE / "graded.py", "-n", str(n)]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    text = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+    found = json.loads(text.splitlines()[-1])
+    return [found["seconds"], found["seconds"] + found["assembly"]], [found["peak_force"], found["contact_time"]]
+
+
+def ball(rounds, folder):
+    """Both programs on all meshes, in alternation, and the seconds to a tolerance of the peak force."""
+    programs = {"percuss": ball_by_percuss, "scikit-fem": ball_by_elements}
+    print("\n| ball | cells | peak force [N] | contact time [µs] | CPU s | with assembly |\n|---|---|---|---|---|---|")
+    found = {}
+    for n in BALL_LADDER:
+        runs = [{name: program(n, folder) for name, program in programs.items()} for _ in range(rounds)]
+        for name in programs:
+            seconds = [statistics.median(run[name][0][i] for run in runs) for i in range(2)]
+            values = runs[0][name][1]
+            found[name, n] = seconds, [value / expected - 1 for value, expected in zip(values, BALL_EXPECTED)]
+            force, duration = (f"{value:.{digits}f} ({100 * error:+.3f} %)"
+                               for value, digits, error in zip((values[0], 1e6 * values[1]), (1, 3), found[name, n][1]))
+            print(f"| {name} | {n} | {force} | {duration} | {seconds[0]:.2f} | {seconds[1]:.2f} |", flush=True)
+    for quantity, name in enumerate(("peak force", "contact time")):
+        for tolerance in BALL_TOLERANCES:
+            reached = {}
+            for program in programs:
+                fine = [n for n in BALL_LADDER if all(abs(found[program, m][1][quantity]) <= tolerance for m in BALL_LADDER if m >= n)]
+                reached[program] = fine[0] if fine else None
+            if None in reached.values():
+                print(f"{name} to {tolerance:g}: cells {reached}")
+                continue
+            (own, _), (steps, whole) = (found[program, n][0] for program, n in reached.items())
+            print(f"{name} to {tolerance:g}: cells {reached}, {steps / own:.1f} times the CPU seconds of percuss, {whole / own:.1f} with assembly")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--task", nargs="+", choices=TASKS, default=list(TASKS))
+    parser.add_argument("--task", nargs="+", choices=[*TASKS, "ball"], default=[*TASKS, "ball"])
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--largest", type=int, default=400, help="finest mesh, nodes per unit of length")
@@ -169,6 +246,9 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder, threads = pathlib.Path(name), options.threads
         for task in options.task:
+            if task == "ball":
+                ball(options.rounds, folder)
+                continue
             of = lambda settings, kind=Scheme: kind(task, settings, threads, folder)
             schemes = {
                 "plain C, the paper's scheme": of(PAPER, PlainC),

@@ -39,13 +39,14 @@
 //! A node step has about 60 operations here, where that of order 2 has 9: neither program waits for memory.
 //!
 //! ```text
-//! python3 -m venv env && env/bin/pip install numpy numba pystencils devito     (and gcc)
+//! python3 -m venv env && env/bin/pip install numpy numba pystencils devito scikit-fem     (and gcc)
 //! cargo build --release --workspace
 //! python3 tools/bench/peers/compare.py --python env/bin/python                   the table
 //! python3 tools/bench/peers/compare.py --theory full --python env/bin/python     the full theory
 //! RUSTFLAGS="--cfg percuss_without_avx512" cargo build --release --workspace --target-dir target/avx2
 //! … compare.py --release target/avx2/release --march x86-64-v3                   as on a machine without AVX-512
 //! python3 tools/bench/peers/accuracy.py --python env/bin/python                  time to accuracy (and ccx, Debian's calculix-ccx)
+//! … accuracy.py --task ball                                                      a ball on graded meshes (scikit-fem)
 //! target/release/solver-bench recording                                        the cost of recording
 //! target/release/solver-bench growth                                           time over N³
 //! ```
