@@ -138,6 +138,10 @@ fn changed_speeds(case: &Case) -> Option<String> {
 /// The edge of a head that contact reaches and that is sharp, or as good as sharp on the mesh.
 fn sharp_edge(case: &Case) -> Option<String> {
     let radius = case.indenter.radius.filter(|_| case.reaches_edge())?;
+    // an edge over the rim of the target is none
+    if case.target.radius.is_some_and(|rim| radius >= rim) {
+        return None;
+    }
     let remedy = match case.indenter.head {
         Head::Flat { edge_radius } if edge_radius >= CORNER_CELLS * case.sizes.dr => return None,
         Head::Flat { edge_radius: 0.0 } => "; indenter.edge_radius rounds it",

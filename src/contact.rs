@@ -107,7 +107,6 @@ pub struct Contact {
 impl Contact {
     /// A contact at t = 0: surface at rest, indenter touching it at r = 0 and moving with V0.
     ///
-    /// * `nr`: nodes of the indenter or the target, whichever are fewer
     /// * `velocity`: V0 \[c_p\]
     /// * `wave_speed`: of waves along the surface, c_s \[c_p\]
     pub fn new(
@@ -115,10 +114,10 @@ impl Contact {
         shape: Shape,
         geometry: Geometry,
         grid: &Grid,
-        nr: usize,
         velocity: f64,
         wave_speed: f64,
     ) -> Self {
+        let nr = grid.nr();
         let step = velocity * grid.dt();
         let half_width = if rule == Rule::Bilateral { 0.0 } else { HALF_WIDTH * step };
         let slowness = velocity / wave_speed;
@@ -132,7 +131,7 @@ impl Contact {
             rule,
             geometry,
             area: grid.area.clone(),
-            r: (0..grid.nr()).map(|i| grid.r(i)).collect(),
+            r: (0..nr).map(|i| grid.r(i)).collect(),
             dr: grid.dr,
             // u = 0 and w^{−1} = −V0·Δt, w^0 = 0
             gap_before: profile.iter().map(|f| f + step).collect(),
@@ -144,6 +143,15 @@ impl Contact {
             partial,
             pass: grid.cells_between_nodes.then(|| grid.radial_weights()),
         }
+    }
+
+    /// The same where the indenter has so many nodes.
+    pub fn limited_to(mut self, nodes: usize) -> Self {
+        self.profile.truncate(nodes);
+        self.gap_before.truncate(nodes);
+        self.gap.truncate(nodes);
+        self.in_contact.truncate(nodes);
+        self
     }
 
     /// Radius of the punch \[R\], infinite if unbounded.
@@ -419,7 +427,7 @@ mod tests {
         let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Matched, spacing, 10, 10);
         let mut surface = Surface::new(10);
         surface.compliance.fill(2.0 * DT);
-        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 10, 1.0, 0.5);
+        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 1.0, 0.5);
         (contact, surface, Indenter::new(mass, 1.0, DT))
     }
 

@@ -167,8 +167,8 @@ impl Simulation {
         let mass = striker.as_ref().map_or(case.indenter.mass, Striker::mass);
         let indenter = Indenter::new(mass, velocity, grid.dt());
         let rule = case.impact.contact;
-        let columns = striker.as_ref().map_or(grid.nr(), |striker| striker.columns().min(grid.nr()));
-        let contact = Contact::new(rule, case.shape(), case.geometry, &grid, columns, velocity, wave_speed);
+        let contact = Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed);
+        let contact = contact.limited_to(striker.as_ref().map_or(usize::MAX, Striker::columns));
         Self {
             surface: Surface::new(grid.nr()),
             watch: Watch::new(grid.dr / wave_speed, rule, case.units(), contact.turn()),
@@ -348,10 +348,7 @@ impl Simulation {
     }
 
     /// A step with its frame and gauges.
-    fn show(
-        &mut self,
-        completed: CompletedStep<Step>,
-    ) -> Result<View<'static>, SimulationError> {
+    fn show(&mut self, completed: CompletedStep<Step>) -> Result<View<'static>, SimulationError> {
         let CompletedStep { step, mut frame, mut gauges, tensions } = completed;
         let Step { mut view, balances, striker: shown } = step;
         let mut striker = None;

@@ -5,7 +5,7 @@
 
 macro_rules! cases {
     ($($name:literal $(extends $base:literal)?),* $(,)?) => {
-        /// Name, text and base of every built-in case, in the order of the paper, those of the full theory, in SI units and of layers last.
+        /// Name, text and base of every built-in case, in the order of the paper, those of the full theory, in SI units, of layers and of bodies last.
         const CASES: &[(&str, &str, Option<&str>)] = &[$((
             $name,
             include_str!(concat!("builtin/", $name, ".toml")),
@@ -54,6 +54,9 @@ cases!(
     "coating",
     "coating-soft",
     "layers",
+    "laminate-carbon",
+    "disc",
+    "bar",
 );
 
 /// Names of the built-in cases.

@@ -77,8 +77,9 @@ impl Parameters {
         let (every, columns, target) = (self.record.field_every, self.shown_columns(), self.grid());
         let rows = |grid: &Grid| grid.shown_rows(every).into_iter().map(|j| grid.z(j)).collect::<Vec<f64>>();
         let striker = self.striker_grid();
-        let mut z: Vec<f64> =
-            striker.as_ref().map_or_else(Vec::new, |striker| rows(striker).into_iter().rev().map(|z| -z).collect());
+        let mut z: Vec<f64> = striker
+            .as_ref()
+            .map_or_else(Vec::new, |striker| rows(striker).into_iter().rev().map(|z| -z).collect());
         let above = z.len();
         z.extend(rows(&target));
         let widest = striker.filter(|striker| striker.nr() > target.nr()).unwrap_or(target);

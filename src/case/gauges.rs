@@ -38,7 +38,9 @@ pub(super) fn check_depths(values: &Values<'_>, thickness: Option<f64>, height: 
             let place = if height.is_some() { "behind the indenter" } else { "above the target" };
             let message = format!("`{name}` has z = {}, {place}", values.system.length_text(*z));
             let least = match height {
-                Some(height) => format!("from {}, that of the rear of the indenter", values.system.length_text(-height)),
+                Some(height) => {
+                    format!("from {}, that of the rear of the indenter", values.system.length_text(-height))
+                }
                 None => "from 0; with indenter.body = \"elastic\" the indenter has points at z < 0".into(),
             };
             values.problem(name, message, format!("allowed: z {least}"));

@@ -274,8 +274,7 @@ impl Parameters {
 
     /// Rows of the layers of a body.
     fn layer_sizes(&self, body: &Target, heights: &[Vec<f64>]) -> Vec<LayerSizes> {
-        let overhang =
-            |number: usize| if number + 1 == heights.len() { body.back.overhang() } else { 0.0 };
+        let overhang = |number: usize| if number + 1 == heights.len() { body.back.overhang() } else { 0.0 };
         let sizes = |(number, heights): (usize, &Vec<f64>)| LayerSizes {
             steps: heights.len(),
             overhang: overhang(number),

@@ -53,7 +53,9 @@ pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
         values.set("indenter.radius", radius);
     }
     if values.striker_layers.is_some() {
-        let given = ["mass", "density", "material", "length"].into_iter().find(|key| values.is_given(&format!("indenter.{key}")));
+        let given = ["mass", "density", "material", "length"]
+            .into_iter()
+            .find(|key| values.is_given(&format!("indenter.{key}")));
         if let Some(key) = given {
             let what = " is given, but the layers of its body have a mass";
             values.problem(&format!("indenter.{key}"), format!("`indenter.{key}`{what}"), "leave it out");

@@ -32,8 +32,8 @@ pub(super) enum Kind {
     Thickness,
     /// A list, with a word for its elements and their largest number; of names, each at most once.
     List { of: &'static Self, noun: &'static str, most: usize },
-    /// Two lengths `[r, z]`.
-    Pair,
+    /// A radius, and another length of this kind.
+    Pair(&'static Self),
     /// A line in the target, `{ r = … }` or `{ z = … }`.
     Line,
     /// The name of a material, or the table of its constants.
@@ -318,7 +318,7 @@ pub(super) const SECTIONS: [Section; 6] = [
                 .only(PROFILE)
                 .not_beside(&["points"])
                 .means("columns r, f, the tip 0, 0 first; physical: `r [mm],f [mm]` in the heading"),
-            key("points", list(&Kind::Pair, "points", MAX_LIST))
+            key("points", list(&Kind::Pair(&LENGTH), "points", MAX_LIST))
                 .only(PROFILE)
                 .means("pairs `[r, f]`, the tip 0, 0 first, in place of `file`"),
             key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12).or_infinite()))
@@ -443,7 +443,7 @@ pub(super) const SECTIONS: [Section; 6] = [
                  hundredth of Z·V0 of the struck layer. The largest tension and shear of every interface are recorded \
                  whatever it is",
             ),
-            key("points", list(&Kind::Pair, "points", 10_000))
+            key("points", list(&Kind::Pair(&DEPTH), "points", 10_000))
                 .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step; z < 0 is in an indenter that gives"),
             key("lines", list(&Kind::Line, "lines", 100)).means("stress along them, on `/line/0`, …"),
             key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
@@ -495,7 +495,7 @@ impl Kind {
     pub fn dimension(&self) -> Option<Dimension> {
         match self {
             Self::Quantity(dimension, _) => Some(*dimension),
-            Self::Thickness | Self::Pair | Self::Line => Some(Length),
+            Self::Thickness | Self::Pair(_) | Self::Line => Some(Length),
             Self::List { of, .. } => of.dimension(),
             _ => None,
         }
@@ -513,7 +513,9 @@ impl Kind {
             Self::Thickness => format!("{}, or \"half-space\"", system.allowed(Length, SIZE)),
             Self::List { of: Self::Name(names), .. } => format!("a list of {}", names.join(", ")),
             Self::List { of, noun, .. } => format!("a list of {noun}, each {}", of.allowed(system)),
-            Self::Pair => format!("a pair, each {}", system.allowed(Length, FROM_ZERO)),
+            Self::Pair(second) => {
+                format!("a pair of {}, and {}", LENGTH.allowed(system), second.allowed(system))
+            }
             Self::Line => "{ r = a radius } along z or { z = a depth } along r".into(),
             Self::Material => "the name of a material, or a table of constants".into(),
             Self::Preset => "the name of a material".into(),

@@ -63,9 +63,11 @@ impl Parameters {
     }
 
     /// Estimated largest contact radius \[R\]: what the depth V0·t reaches, of a ball of finite mass no more than by Hertz, `a² = ρw`.
-    pub(super) fn likely_radius(&self) -> f64 {
+    pub(crate) fn likely_radius(&self) -> f64 {
         let (velocity, mass) = (self.impact.velocity, self.indenter.mass);
-        let reach = self.shape().reach(velocity * self.run.end_time);
+        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
+        let ends = self.target.radius.into_iter().chain(striker);
+        let reach = ends.fold(self.shape().reach(velocity * self.run.end_time), f64::min);
         match self.indenter.head {
             Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }
                 if self.geometry == Geometry::Axisymmetric =>
@@ -85,7 +87,11 @@ impl Parameters {
     /// What every computed layer of a body is made of, as it is computed.
     ///
     /// * `layers`: their rows
-    pub(crate) fn materials(&self, body: &Target, layers: &[LayerSizes]) -> Vec<crate::model::body::Material> {
+    pub(crate) fn materials(
+        &self,
+        body: &Target,
+        layers: &[LayerSizes],
+    ) -> Vec<crate::model::body::Material> {
         let material = |(layer, rows): (TargetLayer, &LayerSizes)| {
             // on equal rows waves take whole steps, at the same impedance and c_s
             let speed = if self.mesh.grading.is_some() { layer.wave_speed } else { rows.dz / self.sizes.dt };
@@ -105,13 +111,17 @@ impl Parameters {
             layer.waves.impedance * layer.wave_speed * layer.stiffness.indentation_modulus()
         };
         let target = of(&self.target);
-        self.indenter.striker.as_ref().map_or(target, |striker| 1.0 / (1.0 / target + 1.0 / of(&striker.body)))
+        self.indenter
+            .striker
+            .as_ref()
+            .map_or(target, |striker| 1.0 / (1.0 / target + 1.0 / of(&striker.body)))
     }
 
     /// The mesh of an indenter that gives: its nodes stand on the radii of the target's, and z is upwards.
     pub fn striker_grid(&self) -> Option<Grid> {
         let Striker { body, .. } = self.indenter.striker.as_ref()?;
-        let (BodySizes { nr, heights, .. }, graded) = self.sizes.striker.as_ref().zip(self.sizes.graded.as_ref())?;
+        let (BodySizes { nr, heights, .. }, graded) =
+            self.sizes.striker.as_ref().zip(self.sizes.graded.as_ref())?;
         Some(body.graded_grid(self.geometry, &graded.widths[..=*nr], heights, self.sizes.dt))
     }
 

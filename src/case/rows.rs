@@ -144,9 +144,7 @@ impl Stack {
         // two of the smallest steps
         let coarsest = self.radius.unwrap_or(1.0) / (0.75 * thinnest * self.fastest());
         let first = (coarsest as usize).saturating_sub(1).max(cells) + 1;
-        let rows = self.finite().map(|layer| layer.0 / layer.1).sum::<f64>()
-            * self.fastest()
-            * first as f64
+        let rows = self.finite().map(|layer| layer.0 / layer.1).sum::<f64>() * self.fastest() * first as f64
             / self.radius.unwrap_or(1.0);
         let meshes = (SEARCHED_ROWS / (rows * self.layers.len() as f64)).clamp(1.0, SEARCHED_MESHES);
         (first..)

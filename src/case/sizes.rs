@@ -267,7 +267,8 @@ impl Parameters {
         for (name, radius) in bodies {
             if radius.is_some_and(|radius| radius < FEWEST_COLUMNS * dr) {
                 let (key, _) = self.mesh.density();
-                let name = if values.is_given(name) || name == "target.radius" { name } else { "indenter.radius" };
+                let name =
+                    if values.is_given(name) || name == "target.radius" { name } else { "indenter.radius" };
                 let what = format!("`{name}` is less than five columns of the mesh");
                 values.problem(name, what, format!("make it or {key} larger"));
                 return None;

@@ -38,7 +38,8 @@ pub(super) fn striker(values: &mut Values<'_>, indenter: &Body, target: &Target)
             let weight = values.number("indenter.body.back.mass");
             let layers = target::layers(values, &stack)?;
             if weight.is_some() && layers.last()?.thickness.is_none() {
-                let message = "`indenter.body.back` is given, but the last layer is a half-space, which has no back";
+                let message =
+                    "`indenter.body.back` is given, but the last layer is a half-space, which has no back";
                 values.problem("indenter.body.back", message, "leave it out, or give the layer a thickness");
             }
             (layers, weight)

@@ -17,8 +17,8 @@ use super::{
     document::{Document, Span},
     errors::is_alike,
     keys::{
-        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MATERIAL, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE,
-        Section, Who,
+        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MATERIAL, MAX_LAYERS, ROOT, SECTIONS,
+        SHAPES, SIZE, Section, Who,
     },
     system::{Numbers, System},
 };
@@ -167,7 +167,10 @@ impl<'d> Values<'d> {
         let path = format!("{}.layer", BODY.path);
         let layers = self.take_layers(&mut body, &path);
         if layers.is_none() {
-            self.need(&path, "its layers, from the nose up, as [[indenter.body.layer]]; or body = \"elastic\"");
+            self.need(
+                &path,
+                "its layers, from the nose up, as [[indenter.body.layer]]; or body = \"elastic\"",
+            );
         }
         self.striker_layers = Some(layers.as_ref().map_or(0, Vec::len));
         self.read_section(&BODY, BODY.path, body);
@@ -375,10 +378,10 @@ impl<'d> Values<'d> {
                 }
                 Some(Value::Array(read))
             }
-            (Kind::Pair, Some(Value::Array(pair))) if pair.len() == 2 => {
+            (Kind::Pair(second), Some(Value::Array(pair))) if pair.len() == 2 => {
                 let DeValue::Array(pair) = value.get_ref() else { return None };
                 let mut read = self.read_items(&LENGTH, name, &pair[..1], system)?;
-                read.push(self.read_value(&DEPTH, &format!("{name}[1]"), &pair[1], system)?);
+                read.push(self.read_value(second, &format!("{name}[1]"), &pair[1], system)?);
                 self.places.insert(format!("{name}[1]"), pair[1].span());
                 Some(Value::Array(read))
             }

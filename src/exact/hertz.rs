@@ -65,12 +65,29 @@ impl Hertz {
     ///
     /// A parameter that is not positive, or `β ≥ √3/2`, for which there is no material.
     pub fn new(velocity: f64, nose_radius: f64, mass: f64, beta: f64) -> Result<Self, ExactError> {
-        positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
-        positive("nose_radius", nose_radius, f64::INFINITY, "ρ > 0")?;
-        positive("mass", mass, f64::INFINITY, "M > 0 and finite")?;
         positive("beta", beta, 0.75_f64.sqrt(), "0 < c_s/c_p < √3/2")?;
         // µ = c_s², ν = (1 − 2c_s²)/(2 − 2c_s²), E* = 2µ/(1 − ν)
         let modulus = 4.0 * beta * beta * (1.0 - beta * beta);
+        Self::with_modulus(velocity, nose_radius, mass, modulus)
+    }
+
+    /// The same of other bodies.
+    ///
+    /// * `modulus`: E* of the contact, `1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂` of both \[γc_p²\]
+    ///
+    /// # Errors
+    ///
+    /// A parameter that is not positive.
+    pub fn with_modulus(
+        velocity: f64,
+        nose_radius: f64,
+        mass: f64,
+        modulus: f64,
+    ) -> Result<Self, ExactError> {
+        positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
+        positive("nose_radius", nose_radius, f64::INFINITY, "ρ > 0")?;
+        positive("mass", mass, f64::INFINITY, "M > 0 and finite")?;
+        positive("modulus", modulus, f64::INFINITY, "E* > 0")?;
         let largest_depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
         let rule = gauss_legendre(POINTS);
         let mut hertz = Self { velocity, nose_radius, modulus, largest_depth, rule, half_time: 0.0 };
@@ -78,7 +95,7 @@ impl Hertz {
         Ok(hertz)
     }
 
-    /// The ball of a case on a half-space of the struck layer; `None` without a ball of finite mass in the full theory, or if its
+    /// The ball of a case, rigid or not, on a half-space of the struck layer; `None` without a ball of finite mass in the full theory, or if its
     /// contact would be wider than the indenter.
     pub fn of(case: &Case) -> Option<Self> {
         let (Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) = case.indenter.head else {
@@ -88,8 +105,8 @@ impl Hertz {
         if case.model != ModelKind::Elastic || !is_free {
             return None;
         }
-        let c_s = case.target.material.shear_wave_speed;
-        let hertz = Self::new(case.impact.velocity, nose_radius, case.indenter.mass, c_s).ok()?;
+        let (velocity, mass) = (case.impact.velocity, case.indenter.mass);
+        let hertz = Self::with_modulus(velocity, nose_radius, mass, case.modulus()).ok()?;
         (hertz.largest_radius() <= case.shape().radius()).then_some(hertz)
     }
 

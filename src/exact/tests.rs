@@ -41,9 +41,11 @@ fn waves(stack: &Stack) -> Vec<Waves> {
 /// * `speed`: of the fastest waves along r
 /// * `radius`: of the mesh
 fn mesh(stack: &Stack, geometry: Geometry, dr: f64, speed: f64, radius: f64) -> Grid {
-    let transits: Vec<f64> = stack.layers().iter().map(|layer| layer.thickness / layer.wave_speed).collect();
     let back = stack.back().expect("a stack with a back");
-    let fit = LayerSteps::fit(&transits, back, dr / speed).expect("thick layers");
+    let mut layers: Vec<_> =
+        stack.layers().iter().map(|layer| (layer.thickness / layer.wave_speed, 0.0)).collect();
+    layers.last_mut().expect("a layer").1 = back.overhang();
+    let fit = LayerSteps::fit(&layers, dr / speed).expect("thick layers");
     let LayerSteps { dt, steps, rows, changes } = fit;
     let largest = if back == Back::Rigid { 1e-12 } else { 0.025 };
     assert!(changes.iter().all(|change| change.abs() < largest), "transit times of whole steps: {changes:?}");

@@ -55,7 +55,11 @@ impl Growth {
     /// Size of the cell that begins at a distance, the one before it having `before`.
     pub fn size(&self, distance: f64, before: f64) -> f64 {
         // the near zone may be a whole number of cells
-        if distance < self.near * (1.0 - ROUNDING) { self.first } else { (before * self.ratio).min(self.largest).max(before) }
+        if distance < self.near * (1.0 - ROUNDING) {
+            self.first
+        } else {
+            (before * self.ratio).min(self.largest).max(before)
+        }
     }
 
     /// Sizes until they are as long as `length` together, which the last may exceed.

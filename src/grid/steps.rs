@@ -87,7 +87,7 @@ mod tests {
     use super::*;
     use crate::grid::Back;
 
-    fn fit(transits: &[f64], back: Back, largest: f64) -> Result<LayerSteps, usize> {
+    fn best(transits: &[f64], back: Back, largest: f64) -> Result<LayerSteps, usize> {
         let mut layers: Vec<_> = transits.iter().map(|transit| (*transit, 0.0)).collect();
         if let Some(last) = layers.last_mut() {
             last.1 = back.overhang();
@@ -99,11 +99,11 @@ mod tests {
     fn one_layer_has_the_largest_step_and_no_change() {
         for (transit, largest, steps) in [(1.0, 0.021, 48), (1.0, 0.02, 50), (0.7, 0.1, 7), (3.0, 0.9999, 4)]
         {
-            let fit = fit(&[transit], Back::Rigid, largest).expect("a thick layer");
+            let fit = best(&[transit], Back::Rigid, largest).expect("a thick layer");
             assert_eq!(fit.steps, [steps], "{transit}, {largest}");
             assert!((fit.dt * steps as f64 - transit).abs() < 1e-14 && fit.largest_change() < 1e-14);
             // half a step more than a whole number of them, the largest possible
-            let fit = fit(&[transit], Back::Free, largest).expect("a thick layer");
+            let fit = best(&[transit], Back::Free, largest).expect("a thick layer");
             let rows = fit.steps[0] as f64 + 0.5;
             assert!((fit.dt * rows / transit - 1.0).abs() < 1e-15 && fit.largest_change() < 1e-14);
             assert!(fit.dt <= largest * (1.0 + 1e-8) && transit / (rows - 1.0) > largest);
@@ -112,10 +112,10 @@ mod tests {
 
     #[test]
     fn commensurate_layers_fit_without_a_change() {
-        let fit = fit(&[1.0, 0.3, 0.25], Back::Rigid, 0.06).expect("thick layers");
+        let fit = best(&[1.0, 0.3, 0.25], Back::Rigid, 0.06).expect("thick layers");
         assert_eq!(fit.steps, [20, 6, 5]);
         assert!((fit.dt - 0.05).abs() < 1e-15 && fit.largest_change() < 1e-14, "{fit:?}");
-        let fit = fit(&[1.0, 0.3, 0.275], Back::Free, 0.06).expect("thick layers");
+        let fit = best(&[1.0, 0.3, 0.275], Back::Free, 0.06).expect("thick layers");
         assert_eq!((&fit.steps[..], &fit.rows[..]), (&[20, 6, 5][..], &[20.0, 6.0, 5.5][..]));
         assert!((fit.dt - 0.05).abs() < 1e-15 && fit.largest_change() < 1e-14, "{fit:?}");
     }
@@ -128,7 +128,7 @@ mod tests {
             for (largest, back) in
                 [(0.0101, Back::Rigid), (0.005, Back::Free), (0.005, Back::Rigid), (0.0033, Back::Free)]
             {
-                let fit = fit(transits, back, largest).expect("thick layers");
+                let fit = best(transits, back, largest).expect("thick layers");
                 assert!(fit.dt <= largest && fit.dt >= SMALLEST * largest);
                 // every step of a fine grid
                 let error = |dt: f64| {
@@ -152,11 +152,11 @@ mod tests {
 
     #[test]
     fn thin_layers_are_named() {
-        assert_eq!(fit(&[1.0, 0.012], Back::Rigid, 0.01), Err(1));
+        assert_eq!(best(&[1.0, 0.012], Back::Rigid, 0.01), Err(1));
         // two of the smallest steps
-        assert_eq!(fit(&[1.0, 0.0134], Back::Rigid, 0.01).map(|fit| fit.steps[1]), Ok(2));
+        assert_eq!(best(&[1.0, 0.0134], Back::Rigid, 0.01).map(|fit| fit.steps[1]), Ok(2));
         // over a free back two and a half
-        assert_eq!(fit(&[1.0, 0.0164], Back::Free, 0.01), Err(1));
-        assert_eq!(fit(&[1.0, 0.0168], Back::Free, 0.01).map(|fit| fit.steps[1]), Ok(2));
+        assert_eq!(best(&[1.0, 0.0164], Back::Free, 0.01), Err(1));
+        assert_eq!(best(&[1.0, 0.0168], Back::Free, 0.01).map(|fit| fit.steps[1]), Ok(2));
     }
 }

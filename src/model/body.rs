@@ -14,6 +14,9 @@
 //! meets the rim, that counts twice (of second order: without it `λ_max Δt²/4` is up to 1.16 there), and columns are wide enough for `0.97h ≥ c_rΔt`, with the speed c_r
 //! of longitudinal waves along r.
 //!
+//! There, without end nothing moves, the hoop term of the energy does not integrate to nothing: `−2C66∫v_,r(v/r)2r dr = −2C66v²` of the rim is part of W, with
+//! the mean of v in both rows of cells. (Without it the rim is free of `λε + Ad` in place of σ_rr, and a rod of ν = 0.29 is 9 % too stiff.)
+//!
 //! Every weight is a number of the row times a number of the column. Rows are gone through once: the cells of a row give forces to the nodes
 //! above, which are complete with what the cells over them have left, and leave those of the nodes below ([`March`]). Faces, interfaces and the back
 //! are rows where cells are missing.
@@ -66,8 +69,9 @@ pub struct Body {
     /// Mass of u and of v by row of nodes, likewise.
     masses: [Vec<f64>; 2],
     columns: Columns,
-    /// What is below the last row of nodes over a free back.
+    /// What is below the last row of nodes over a free back, and its hoops at a free rim.
     membrane: f64,
+    hoop_below: f64,
     /// Mass of a rigid body that is bonded to the back, which moves with it \[πγR³; plane γR²\].
     weight: Option<f64>,
     instructions: Instructions,
@@ -90,6 +94,8 @@ struct Constants<N> {
     bend: N,
     /// `k_bΔz²·ZC/4`
     twist: N,
+    /// `C66Δz²·ZC`, of v at a free rim.
+    rim: N,
 }
 
 impl Constants<f64> {
@@ -104,6 +110,7 @@ impl Constants<f64> {
             shear: medium.shear * quarter,
             bend: medium.hourglass * quarter,
             twist: medium.twist * height * height * quarter,
+            rim: 2.0 * medium.twice_plane * height * height * quarter,
         }
     }
 
@@ -118,6 +125,7 @@ impl Constants<f64> {
             shear: like.splat(self.shear),
             bend: like.splat(self.bend),
             twist: like.splat(self.twist),
+            rim: like.splat(self.rim),
         }
     }
 }
@@ -442,6 +450,12 @@ impl March<'_> {
             inner = after;
             i += L::WIDTH;
         }
+        if self.body.has_hoops() {
+            let last = cells - 2;
+            let hoop = constants.rim * (reading.v[0][last] + reading.v[1][last]);
+            v_left[last] -= hoop;
+            v_next[last] += hoop / v_mass[j] * node[1][last];
+        }
     }
 
     /// Advances displacement number `field` of row `j`, which has no cells below it.
@@ -476,6 +490,9 @@ impl March<'_> {
                 let outer = membrane(i + 1);
                 left[1][i] += flow[1][i] * inner - flow[0][i + 1] * outer;
                 inner = outer;
+            }
+            if body.has_hoops() {
+                left[1][cells - 2] -= body.hoop_below * v[cells - 2];
             }
         }
         if let Some(weight) = body.weight {
@@ -571,13 +588,15 @@ impl Body {
         }
         let mut mass = halves.clone();
         (0..grid.nz).for_each(|j| mass[j + 1] += halves[j]);
-        let mut membrane = 0.0;
+        let (mut membrane, mut hoop_below) = (0.0, 0.0);
         if grid.back == Back::Free {
             let (material, (medium, _)) = (layers[layers.len() - 1], media[media.len() - 1]);
             let height = grid.height(grid.nz);
             mass[grid.nz] += halves[grid.nz - 1];
             // ½(1 − λ²) of a row of cells
-            membrane = 0.5 * medium.membrane * material.impedance * material.speed * dt * height;
+            let stiffness = material.impedance * material.speed * dt * height;
+            membrane = 0.5 * medium.membrane * stiffness;
+            hoop_below = medium.twice_plane * stiffness;
         }
         let mut masses = [mass.clone(), mass];
         for (below, lower) in grid.layers.iter().enumerate().skip(1) {
@@ -590,7 +609,18 @@ impl Body {
             }
         }
         let columns = Columns::new(&grid, damping);
-        Self { layers: media, rows, halves, masses, columns, membrane, weight: None, instructions, grid }
+        Self {
+            layers: media,
+            rows,
+            halves,
+            masses,
+            columns,
+            membrane,
+            hoop_below,
+            weight: None,
+            instructions,
+            grid,
+        }
     }
 
     /// The same with a rigid body of this mass bonded to its back \[πγR³; plane γR²\].
@@ -625,6 +655,17 @@ impl Body {
         Reference::new(grid, self, cone, shown)
     }
 
+    /// True if v of the last nodes stretches hoops: at a free rim.
+    fn has_hoops(&self) -> bool {
+        self.grid.rim == Some(Rim::Free) && self.grid.geometry == Geometry::Axisymmetric
+    }
+
+    /// Strain energy of the hoops at a rim between two levels of v there, `−2C66·v²`.
+    fn hoop_energy(&self, layer: usize, [earlier, later]: [f64; 2], height: f64) -> f64 {
+        let (medium, unit) = self.layers[layer];
+        if self.has_hoops() { -medium.twice_plane * unit * height * earlier * later } else { 0.0 }
+    }
+
     /// `1/a_i` of u and of v in row `j`.
     fn nodes(&self, j: usize) -> &[Vec<f64>; 2] {
         let Columns { node, face, .. } = &self.columns;
@@ -654,8 +695,8 @@ impl Scheme<2> for Body {
 
     fn traction(&self, _before: &Level<2>, now: &Level<2>, interface: usize, i: usize) -> [f64; 2] {
         let upper = self.grid.layers[interface].last();
-        let against = self.node_forces(now, upper - 1, i, Forces::below);
-        let with = self.node_forces(now, upper + 1, i, Forces::above);
+        let against = self.node_forces(now, [upper, upper - 1], i);
+        let with = self.node_forces(now, [upper + 1, upper + 1], i);
         // half a row of cells of either side
         let [above, below] = [self.halves[upper - 1], self.halves[upper + 1]];
         let [normal, shear] = [0, 1].map(|field| {
@@ -697,6 +738,9 @@ impl Scheme<2> for Body {
                     let weight = unit * self.grid.cell_area(i) * self.grid.height(j);
                     energy.strain += cells::strain_energy(a, b, weight, &medium);
                 }
+                let rim = self.grid.nr() - 1;
+                let means = [earlier, later].map(|level| 0.5 * (level[1][[j, rim]] + level[1][[j + 1, rim]]));
+                energy.strain += self.hoop_energy(number, means, self.grid.height(j));
             }
             if self.grid.is_above_free_back(layer.last()) {
                 for i in 0..=self.grid.nr() {
@@ -704,6 +748,9 @@ impl Scheme<2> for Body {
                     let weight = unit * self.grid.cell_area(i) * self.grid.height(layer.last());
                     energy.strain += cells::membrane_energy(spreads, weight, &medium);
                 }
+                let rim = [layer.last(), self.grid.nr() - 1];
+                let height = 0.5 * self.grid.height(layer.last());
+                energy.strain += self.hoop_energy(number, [earlier[1][rim], later[1][rim]], height);
             }
         }
         energies
@@ -752,16 +799,9 @@ impl Body {
         if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
     }
 
-    /// What a row of cells gives to node i above or below it.
-    ///
-    /// * `side`: [`Forces::above`] or [`Forces::below`]
-    fn node_forces(
-        &self,
-        now: &Level<2>,
-        j: usize,
-        i: usize,
-        side: fn(&Forces<f64>, &Forces<f64>) -> [f64; 2],
-    ) -> [f64; 2] {
+    /// What row `j` of cells gives to node i of row `row` above or below it: [`Forces::above`] or [`Forces::below`].
+    fn node_forces(&self, now: &Level<2>, [row, j]: [usize; 2], i: usize) -> [f64; 2] {
+        let side = if j < row { Forces::below } else { Forces::above };
         let constants = self.rows[j].as_ref().expect("a row of cells");
         let Columns { spread, slope, area, flow, .. } = &self.columns;
         let [inner, outer] = [i, i + 1].map(|i| {
@@ -776,7 +816,13 @@ impl Body {
             };
             Forces::new(u, v, &weights, constants)
         });
-        side(&inner, &outer)
+        let [normal, shear] = side(&inner, &outer);
+        if !self.has_hoops() || i + 1 < self.grid.nr() {
+            return [normal, shear];
+        }
+        let hoop = constants.rim * (self.at(now, 1, j, i as isize) + self.at(now, 1, j + 1, i as isize));
+        // of a row above the node its reaction is asked for
+        [normal, if j < row { shear - hoop } else { shear + hoop }]
     }
 
     /// Strains of the cell below row `j` at the inner side of column `i`.

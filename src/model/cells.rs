@@ -88,7 +88,7 @@ pub struct Medium {
     /// `A − λ²`, stiffness of a membrane \[γc_p²\].
     pub membrane: f64,
     /// Twice C66 \[γc_p²\].
-    twice_plane: f64,
+    pub twice_plane: f64,
     /// `C12 − C13`, 0 of isotropic materials \[γc_p²\].
     excess: f64,
 }

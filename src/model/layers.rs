@@ -333,3 +333,64 @@ fn what_a_force_moves_elsewhere_is_reciprocal() {
         check(&grid, &scheme, |j, i| mass(&grid, j, i));
     }
 }
+
+/// The first longitudinal mode of a round bar between smooth rigid ends, ν = 0.29, has the phase speed of Pochhammer and Chree, with 20 nodes a wavelength.
+#[test]
+fn a_bar_has_the_first_mode_of_pochhammer_and_chree() {
+    // c/√(E/γ) against a/λ, from their secular equation
+    for (slenderness, expected) in [(0.25, 0.92175), (0.5, 0.68927), (1.0, 0.58607)] {
+        let (steps, nu) = (10, 0.29f64);
+        let c_s = ((1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))).sqrt();
+        let plies = vec![Ply { steps, impedance: 1.0, c_p: 1.0, c_s, bond: Bond::Welded }];
+        let stack = Stack { plies, back: Back::Rigid, geometry: Geometry::Axisymmetric };
+        let (wavelength, least) = (2.0 * steps as f64 * DT, DT / 0.97);
+        let radius = slenderness * wavelength;
+        let nr = (radius / least + 0.5).floor() as usize;
+        let stretch = radius / (nr as f64 - 0.5) / least;
+        // of the columns, which are asked for first
+        let mut asked = 0;
+        let sizes = |_| {
+            asked += 1;
+            if asked <= nr + 1 { stretch } else { 1.0 }
+        };
+        let (grid, body) = stack.anisotropic(&[Stiffness::isotropic(c_s)], Some(Rim::Free), nr, 0.0, sizes);
+        assert!((grid.r(nr - 1) / radius - 1.0).abs() < 1e-12);
+        // wide where it is pressed together along z, as the mode is
+        let mut levels = Levels::at_rest(&grid, &body);
+        for (j, i) in (0..=grid.nz).flat_map(|j| (0..nr).map(move |i| (j, i))) {
+            let phase = std::f64::consts::PI * j as f64 / steps as f64;
+            levels.now[1][[j, i]] = phase.cos() * grid.r(i) / radius;
+        }
+        levels.before = levels.now.clone();
+        let count = 6000;
+        let seen: Vec<f64> = (0..count)
+            .map(|_| {
+                levels.step(&body, |_, _| 0.0);
+                levels.now[1][[0, nr - 1]]
+            })
+            .collect();
+        // the strongest frequency around that of the mode, under a window
+        let youngs = c_s * c_s * (3.0 - 4.0 * c_s * c_s) / (1.0 - c_s * c_s);
+        let speed = |omega: f64| omega / (2.0 * std::f64::consts::PI / wavelength) / youngs.sqrt();
+        let strength = |omega: f64| {
+            let (mut cos, mut sin) = (0.0, 0.0);
+            for (step, v) in seen.iter().enumerate() {
+                let share = (step as f64 + 0.5) / f64::from(count);
+                let window = (std::f64::consts::PI * share).sin().powi(2);
+                let (s, c) = libm::sincos(omega * DT * step as f64);
+                (cos, sin) = (cos + window * v * c, sin + window * v * s);
+            }
+            cos.hypot(sin)
+        };
+        let middle = expected * youngs.sqrt() * 2.0 * std::f64::consts::PI / wavelength;
+        let tried = (-200..=200).map(|n| middle * (1.0 + 1e-4 * f64::from(n)));
+        let found = tried.max_by(|a, b| strength(*a).total_cmp(&strength(*b))).expect("frequencies");
+        let error = speed(found) / expected - 1.0;
+        println!(
+            "a/λ = {slenderness}: c/c_b = {:.5}, {:.2} % off, {nr} columns",
+            speed(found),
+            100.0 * error
+        );
+        assert!(error.abs() < 5e-3, "{slenderness}: {error}");
+    }
+}

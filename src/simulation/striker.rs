@@ -47,11 +47,12 @@ impl Striker {
         let grid = case.striker_grid()?;
         let parts = case.indenter.striker.as_ref()?;
         let materials = case.materials(&parts.body, &case.sizes.striker.as_ref()?.layers);
-        let body = Body::new(grid.clone(), &materials, case.mesh.damping, instructions)
-            .with_weight(parts.weight);
+        let body =
+            Body::new(grid.clone(), &materials, case.mesh.damping, instructions).with_weight(parts.weight);
         let (inside, order) = inside(case);
         let mass = body.mass();
-        let sampling = Sampling { frames: case.frame_fields(), gauges: inside, strained: None, tension: None };
+        let sampling =
+            Sampling { frames: case.frame_fields(), gauges: inside, strained: None, tension: None };
         Some(Self {
             mass: if parts.body.thickness.is_some() { mass } else { f64::INFINITY },
             model: body.at_rest(sampling),
@@ -134,10 +135,8 @@ impl Striker {
     /// * `flight`: [`Striker::flight`] at that level
     pub fn join(&self, mut target: Frame, striker: Frame, flight: f64) -> Frame {
         for (below, above) in target.samples.iter_mut().zip(striker.samples) {
-            let extent = Extent {
-                nr: below.extent.nr.max(above.extent.nr),
-                nz: below.extent.nz + above.extent.nz,
-            };
+            let extent =
+                Extent { nr: below.extent.nr.max(above.extent.nr), nz: below.extent.nz + above.extent.nz };
             let turned = above.values.chunks_exact(above.extent.nr).rev();
             let in_target = |value: f32| turn(above.field, f64::from(value), flight, self.velocity) as f32;
             let rows = turned.map(|row| row.iter().copied().map(in_target).collect::<Vec<_>>());
@@ -154,10 +153,15 @@ impl Striker {
     /// Puts points and lines of the striker among those of the target.
     ///
     /// * `flight`: as in [`Striker::join`]
-    pub fn join_gauges(&self, target: Option<GaugeValues>, striker: Option<GaugeValues>, flight: f64) -> GaugeValues {
-        let [mut below, mut above] = [target, striker].map(Option::unwrap_or_default).map(|gauges| {
-            (gauges.points.into_iter(), gauges.lines.into_iter())
-        });
+    pub fn join_gauges(
+        &self,
+        target: Option<GaugeValues>,
+        striker: Option<GaugeValues>,
+        flight: f64,
+    ) -> GaugeValues {
+        let [mut below, mut above] = [target, striker]
+            .map(Option::unwrap_or_default)
+            .map(|gauges| (gauges.points.into_iter(), gauges.lines.into_iter()));
         let shown = !self.order.lines.is_empty() && (below.1.len() > 0 || above.1.len() > 0);
         let point = |is_above: &bool| {
             if !is_above {

@@ -3,12 +3,14 @@
 //!
 //! | Closed form | Result |
 //! |---|---|
+//! | [`collision`] | plane waves in two stacks of layers that collide |
 //! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`hertz_radiation`] | impact of a rigid ball on a half-space, full theory: Hertz, with the energy that waves carry away |
 //! | [`lamb`] | displacement of the surface under a pulse on a line, full theory |
 //! | [`surface_wave`] | speed of waves along coated surfaces, full theory: for `src/exact/tests` |
 
+pub mod collision;
 pub mod column;
 mod complex;
 pub mod disc_stiffness;

@@ -124,19 +124,27 @@ fn striker_nodes(case: &Case, viewport: &Viewport, depths: &[f64], radii: &[f64]
     let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
     let node = |row: usize, column: usize| {
         let r = middle(column);
+        // a gap is one from the height of a pixel on
         let height = middle(row) - shape.profile(r);
-        let up = nearest_row(&heights, height);
-        let is_inside = r <= radius && height >= 0.0 && up < heights.len();
+        let up = nearest_row(&heights, height.max(0.0));
+        let is_inside = r <= radius && height > -viewport.pixel && up < heights.len();
         let column = (place(radii, r).round().max(0.0) as usize).min(radii.len() - 1);
         is_inside.then(|| [heights.len() - 1 - up, column])
     };
-    (0..viewport.above).flat_map(|row| (0..viewport.columns).map(move |column| (row, column)))
+    (0..viewport.above)
+        .flat_map(|row| (0..viewport.columns).map(move |column| (row, column)))
         .map(|(row, column)| node(row, column))
         .collect()
 }
 
 /// Fills in the levels of one of the fields above the surface.
-fn fill_above(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sample: &Sample, scale: f32) {
+fn fill_above(
+    levels: &mut [u8],
+    (field, fields): (usize, usize),
+    nodes: &Nodes,
+    sample: &Sample,
+    scale: f32,
+) {
     let (columns, nr) = (nodes.columns.len(), sample.extent.nr);
     for (row, nodes) in levels.chunks_exact_mut(2 * columns * fields).zip(nodes.above.chunks_exact(columns)) {
         let (left, right) = row.split_at_mut(columns * fields);

@@ -111,7 +111,10 @@ impl Viewport {
         let striker = case.indenter.striker.as_ref();
         let above = striker.map_or(0.0, |striker| {
             let room = depth.min(half_width);
-            striker.body.thickness.map_or(room, |height| room.min(height + shape.profile(half_width.min(reach))))
+            striker
+                .body
+                .thickness
+                .map_or(room, |height| room.min(height + shape.profile(half_width.min(reach))))
         });
         let exaggeration = match striker {
             Some(_) => 1.0,
@@ -194,8 +197,13 @@ pub fn range(case: &Case, field: Field) -> f64 {
     round_up(field.unit(&case.units()).of(largest))
 }
 
-/// p/V0 of [`range`].
+/// p/V0 of [`range`]; under a ball on a graded mesh the largest pressure by Hertz, `2Ma/(πρ)` with the modulus M of the contact.
 fn rise(case: &Case) -> f64 {
+    if let (Some(_), Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) =
+        (case.mesh.grading, &case.indenter.head)
+    {
+        return 2.0 * case.modulus() * case.likely_radius() / (PI * nose_radius * case.impact.velocity);
+    }
     let end_time = case.sizes.steps as f64 * case.sizes.dt;
     let reach = case.sizes.contact_reach.max(case.sizes.dr);
     let area = match case.geometry {

@@ -37,9 +37,12 @@ impl Seen {
         let View { time, drag, contact_radius, velocity, depth, .. } = *view;
         let mut numbers = vec![time, drag, contact_radius, velocity, depth];
         numbers.extend(view.interface.pressure.iter());
+        numbers.extend(view.striker.iter().flat_map(|striker| [striker.nose, striker.rear]));
         if let Some(frame) = &view.frame {
-            let Energy { kinetic, strain, indenter, dissipated, damped, work, residual } = frame.energy;
+            let Energy { kinetic, strain, indenter, striker, dissipated, damped, work, residual } =
+                frame.energy;
             numbers.extend([kinetic, strain, indenter, dissipated, damped, work]);
+            numbers.extend(striker.iter().flat_map(|striker| [striker.kinetic, striker.strain]));
             numbers.extend(residual);
             numbers.extend(&frame.fields.surface);
             let samples = frame.fields.samples.iter();
@@ -171,6 +174,10 @@ fn a_run_of_the_full_theory_goes_on_bit_for_bit() {
 fn a_physical_run_that_stops_by_itself_goes_on_bit_for_bit() {
     compare(&case("ball", &["mesh.cells=30"]), Engine::Blocked, Then::Load);
     compare(&case("laminate-glass", &["mesh.contact_cells=12"]), Engine::Blocked, Then::Load);
+    let points = "record.points=[[\"0 mm\", \"-1 mm\"], [\"0 mm\", \"1 mm\"]]";
+    let lines = "record.lines=[{ r = \"0 mm\" }, { z = \"-1 mm\" }]";
+    let disc = case("disc", &["mesh.contact_cells=8", "run.end_time=\"12 us\"", points, lines]);
+    compare(&disc, Engine::Blocked, Then::Load);
 }
 
 #[test]

@@ -13,4 +13,4 @@ pub use label::plain;
 pub use letters::{Pen, Placed, outline, set};
 pub use palette::{DIVERGING, diverging};
 pub use raster::{Align, BLACK, Raster, Text, WHITE};
-pub use section::{EMPTY, BODY, FREE, SIDE, Section, ZERO, colour, level, palette, share};
+pub use section::{BODY, EMPTY, FREE, SIDE, Section, ZERO, colour, level, palette, share};
