@@ -30,7 +30,7 @@
 
 use serde::Serialize;
 
-use crate::{case::Case, geometry::Geometry, shape::Head};
+use crate::{case::Case, geometry::Geometry, model::ModelKind, shape::Head};
 
 /// Excess of the peak force above which `percuss run` and `percuss check` warn.
 pub const NOTED: f64 = 0.05;
@@ -49,6 +49,9 @@ pub struct Rigidity {
     /// True if there are layers below the struck one, whose moduli do not enter.
     #[serde(skip)]
     pub is_layered: bool,
+    /// True in the full theory, where the indenter can give.
+    #[serde(skip)]
+    pub can_give: bool,
 }
 
 impl Rigidity {
@@ -73,7 +76,8 @@ impl Rigidity {
         let has_mass = case.indenter.mass.is_finite();
         let wave_energy_ratio = has_mass.then(|| libm::pow(force_ratio, power));
         let is_layered = case.sizes.layers.len() > 1;
-        Some(Self { modulus_ratio, force_ratio, wave_energy_ratio, is_layered })
+        let can_give = case.model == ModelKind::Elastic;
+        Some(Self { modulus_ratio, force_ratio, wave_energy_ratio, is_layered, can_give })
     }
 
     /// True if a user is to be warned.
@@ -94,7 +98,8 @@ impl Rigidity {
         });
         format!(
             "the indenter is taken as rigid; the contact modulus E/(1 - ν²) of the {target} is {modulus} of its own: \
-             the peak force is about {excess} too high{more}"
+             the peak force is about {excess} too high{more}{}",
+            if self.can_give { "; indenter.body = \"elastic\" lets it give" } else { "" }
         )
     }
 }
