@@ -214,11 +214,12 @@ fn contact(case: &Case, hertz: &Hertz) -> String {
         None => format!("; ten cells across need mesh.cells = {}", cells_for_ten(case, hertz)),
     };
     // of an indenter that gives as its material does, if that is another force
-    let other = Rigidity::of(case).filter(|rigidity| rigidity.modulus_ratio > NOTED_RATIO).and_then(|rigidity| {
-        let modulus = case.modulus() / (1.0 + rigidity.modulus_ratio);
-        let (velocity, mass) = (case.impact.velocity, case.indenter.mass);
-        Hertz::with_modulus(velocity, hertz.nose_radius(), mass, modulus).ok()
-    });
+    let other =
+        Rigidity::of(case).filter(|rigidity| rigidity.modulus_ratio > NOTED_RATIO).and_then(|rigidity| {
+            let modulus = case.modulus() / (1.0 + rigidity.modulus_ratio);
+            let (velocity, mass) = (case.impact.velocity, case.indenter.mass);
+            Hertz::with_modulus(velocity, hertz.nose_radius(), mass, modulus).ok()
+        });
     let gives = other.map_or_else(String::new, |hertz| {
         let [duration, peak] = [time.text(hertz.duration()), force.text(hertz.largest_force())];
         format!("; with indenter.body = \"elastic\" {duration}, {peak}")

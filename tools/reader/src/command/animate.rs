@@ -251,6 +251,8 @@ struct Moving {
     section: Section,
     /// How deep the body is drawn at most: in the linear theory a displacement may be any multiple of what is small.
     deepest: f64,
+    /// True if the indenter has a field, and is not drawn over it.
+    gives: bool,
     /// Factors of lengths and values.
     factors: [f64; 2],
 }
@@ -447,7 +449,8 @@ impl Animation {
     ) -> Result<(), Failure> {
         let [per_time, per_length] = self.factors;
         let now = self.frames[i].time * per_time;
-        let depth = self.body.depths.get(i).filter(|depth| depth.is_finite());
+        let gives = self.moving.as_ref().is_some_and(|moving| moving.gives);
+        let depth = self.body.depths.get(i).filter(|depth| depth.is_finite() && !gives);
         let deepest = self.moving.as_ref().map_or(0.0, |moving| moving.deepest);
         let contact = self.body.radii.get(i).copied().unwrap_or(0.0) * per_length;
         let passed = self.drag.partition_point(|(time, _)| *time <= now);
@@ -534,8 +537,12 @@ impl Moving {
             let reach = reach.unwrap_or(f64::INFINITY);
             (0..side.length()).take_while(|i| side.at(*i) <= reach).count().max(2).min(side.length())
         };
-        let part =
-            [0..count(&rows, part.map(|part| part.depth)), 0..count(&columns, part.map(|part| part.width))];
+        // an indenter that gives has a field too, from a negative depth on
+        let gives = bounds.whole.top < 0.0;
+        let top = part.map_or(f64::NEG_INFINITY, |part| part.top);
+        let first = (0..rows.length()).take_while(|i| rows.at(*i) < top).count();
+        let down = count(&rows, part.map(|part| part.depth));
+        let part = [first.min(down - 1)..down, 0..count(&columns, part.map(|part| part.width))];
         let (rows, columns) = (rows.part(part[0].clone()), columns.part(part[1].clone()));
         let largest = |side: &Side| side.at(side.length() - 1).abs();
         let length = Heading::new("r", bounds.length_unit.as_deref());
@@ -560,11 +567,14 @@ impl Moving {
             layers: layers.map(|layer| layer.scaled(per_length)).collect(),
             ..Image::default()
         };
-        let headroom =
-            if body.outline.is_empty() { 0.0 } else { (HEADROOM * depth).min(tall.max(0.15 * depth)) };
+        let headroom = match gives || body.outline.is_empty() {
+            true => 0.0,
+            false => (HEADROOM * depth).min(tall.max(0.15 * depth)),
+        };
         let outline = body.outline.iter().map(|point| point.map(|length| length * per_length)).collect();
         let section = Section { image, range: range * per_value, headroom, outline };
-        Ok(Some(Self { id, leaf, part, section, deepest: DEEPEST * depth, factors: [per_length, per_value] }))
+        let (deepest, factors) = (DEEPEST * depth, [per_length, per_value]);
+        Ok(Some(Self { id, leaf, part, section, deepest, gives, factors }))
     }
 
     /// The values of a frame that are shown: 0 where it has none, which is at rest.

@@ -96,6 +96,7 @@ impl Bounds {
         let (columns, rows) = (&slice.columns, &slice.rows);
         self.whole.width = self.whole.width.max(end(columns, columns.length()));
         self.whole.depth = self.whole.depth.max(rows.at(rows.length().saturating_sub(1)));
+        self.whole.top = self.whole.top.min(rows.at(0));
         self.peaks.take(&slice.values, columns.length());
         let step = slice.values.len().div_ceil(SAMPLES).max(31);
         let values = slice.values.iter().step_by(step).map(|value| value.abs());
@@ -133,10 +134,11 @@ impl Bounds {
         }
         let (width, depth) = (end(column_side, columns.end), end(row_side, rows.end));
         let part = Section {
+            top: (ROOM * row_side.at(rows.start)).clamp(self.whole.top, 0.0),
             width: (ROOM * width).min(self.whole.width),
             depth: (ROOM * depth).min(self.whole.depth),
         };
-        (part.width * part.depth < LARGEST_PART * self.whole.width * self.whole.depth).then_some(part)
+        (part.width * part.height() < LARGEST_PART * self.whole.width * self.whole.height()).then_some(part)
     }
 }
 
@@ -148,21 +150,38 @@ fn end(side: &Side, length: usize) -> f64 {
     }
 }
 
-/// A section from the axis and the surface on.
+/// A section from the axis on, and from the surface or the top of an indenter that has a field too.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Section {
+    /// Depth of its upper side, 0 or negative.
+    pub top: f64,
     /// Out from the axis.
     pub width: f64,
     /// Down from the surface.
     pub depth: f64,
 }
 
+impl Section {
+    /// From its upper side down.
+    pub(super) fn height(&self) -> f64 {
+        self.depth - self.top
+    }
+}
+
 /// A section as pixels of the colours of pictures; what is cut off is at rest.
-pub(super) fn raster(slice: &Slice, (rows, columns): (usize, usize), pixel: f64, range: f64) -> Vec<u8> {
-    let shown = |side: &Side, count: usize| side.pixels((0.0, count as f64 * pixel), count);
+///
+/// * `top`: depth of its upper side
+pub(super) fn raster(
+    slice: &Slice,
+    (rows, columns): (usize, usize),
+    (pixel, top): (f64, f64),
+    range: f64,
+) -> Vec<u8> {
+    let shown =
+        |side: &Side, from: f64, count: usize| side.pixels((from, from + count as f64 * pixel), count);
     let section = canvas::Section {
-        columns: shown(&slice.columns, columns),
-        rows: shown(&slice.rows, rows),
+        columns: shown(&slice.columns, 0.0, columns),
+        rows: shown(&slice.rows, top, rows),
         ..canvas::Section::default()
     };
     let mut raster = canvas::Raster::new(columns, rows);

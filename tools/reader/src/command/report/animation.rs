@@ -26,8 +26,8 @@ const LONGEST: f64 = 4000.0;
 
 /// The picture of a section; `None` for a field as narrow as a line, or of no size at all.
 fn picture(section: Section, pixels: f64) -> Option<Picture> {
-    let pixel = (section.width * section.depth / pixels).sqrt();
-    let (columns, rows) = ((section.width / pixel).ceil(), (section.depth / pixel).ceil());
+    let pixel = (section.width * section.height() / pixels).sqrt();
+    let (columns, rows) = ((section.width / pixel).ceil(), (section.height() / pixel).ceil());
     let is_picture = (1.0..=LONGEST).contains(&columns) && (1.0..=LONGEST).contains(&rows);
     let size = (rows as usize, columns as usize);
     is_picture.then_some(Picture { section, size, pixel, frames: Vec::new() })
@@ -48,13 +48,14 @@ impl Picture {
     /// * `length`: how lengths are read
     fn json(self, layers: &[Layer], length: &Scale) -> Value {
         let (rows, columns) = self.size;
-        let share = |depth: f64| (depth / (rows as f64 * self.pixel)).clamp(0.0, 1.0);
+        let share = |depth: f64| ((depth - self.section.top) / (rows as f64 * self.pixel)).clamp(0.0, 1.0);
         let layer = |layer: &Layer| json!({ "name": layer.name, "from": share(layer.top), "to": share(layer.bottom) });
         json!({
             "columns": columns,
             "rows": rows,
             "width": length.number(self.section.width),
             "depth": length.number(self.section.depth),
+            "top": length.number(self.section.top),
             "pixel": length.number(self.pixel),
             "layers": layers.iter().map(layer).collect::<Vec<_>>(),
             "frames": self.frames,
@@ -117,7 +118,7 @@ impl<'a> Field<'a> {
         pass.every(id, every, |moment, _| {
             if let Some(slice) = slice(channel, leaf, moment) {
                 for picture in &mut pictures {
-                    let pixels = raster(&slice, picture.size, picture.pixel, range);
+                    let pixels = raster(&slice, picture.size, (picture.pixel, picture.section.top), range);
                     picture.frames.push(STANDARD.encode(pixels));
                 }
             }

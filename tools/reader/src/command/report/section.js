@@ -44,9 +44,11 @@ const section = (figure, field) => {
 
   /** Lays out axes, layers, indenter and contact over the pixels. */
   const layout = (available) => {
-    const [half, depth] = [view.columns * view.pixel, view.rows * view.pixel];
+    // an indenter that gives has a field too, from a negative depth on
+    const [half, all, upper] = [view.columns * view.pixel, view.rows * view.pixel, view.top];
+    const depth = all + upper;
     const last = height.length - 1;
-    const air = height.length ? (is_cut ? 0.3 * depth : Math.min(0.3 * depth, Math.max(height[last] - Math.max(0, ...depths), 0.02 * depth))) : 0;
+    const air = upper < 0 ? -upper : height.length ? (is_cut ? 0.3 * depth : Math.min(0.3 * depth, Math.max(height[last] - Math.max(0, ...depths), 0.02 * depth))) : 0;
     const size = Math.min((available - left - right) / (2 * half), LARGEST / (depth + air));
     const [x0, y0] = [left + half * size, top + air * size];
     const [width, full] = [left + 2 * half * size + right, y0 + depth * size + bottom];
@@ -56,8 +58,8 @@ const section = (figure, field) => {
     // in parts of the box, so that a page that is printed smaller keeps all of it together
     canvas.style.left = `${(100 * left) / width}%`;
     canvas.style.width = `${(200 * half * size) / width}%`;
-    canvas.style.top = `${(100 * y0) / full}%`;
-    canvas.style.height = `${(100 * depth * size) / full}%`;
+    canvas.style.top = `${(100 * (y0 + upper * size)) / full}%`;
+    canvas.style.height = `${(100 * all * size) / full}%`;
     const svg = make("svg", { viewBox: `0 0 ${width} ${full}`, role: "img" });
     svg.setAttribute("aria-label", `${figure.firstElementChild.textContent}: section with indenter and contact`);
     const count = (pixels, room) => Math.max(1, Math.floor(pixels / room));
@@ -65,7 +67,7 @@ const section = (figure, field) => {
       svg.append(make("line", { class: "tick", x1: px(value), x2: px(value), y1: py(depth), y2: py(depth) + 4 }));
       svg.append(make("text", { x: px(value), y: py(depth) + 18, "text-anchor": "middle" }, short(Math.abs(value))));
     }
-    for (const value of ticks(0, depth, count(depth * size, 36))) {
+    for (const value of ticks(upper, depth, count(all * size, 36))) {
       svg.append(make("line", { class: "tick", x1: left - 4, x2: left, y1: py(value), y2: py(value) }));
       svg.append(make("text", { x: left - 7, y: py(value) + 4, "text-anchor": "end" }, short(value)));
     }
@@ -76,10 +78,10 @@ const section = (figure, field) => {
     svg.append(clip, drawing);
     view.layers.forEach((layer, i) => {
       if (layer.to <= layer.from) return;
-      if (i > 0) drawing.append(make("line", { class: "interface", x1: left, x2: px(half), y1: py(layer.from * depth), y2: py(layer.from * depth) }));
-      const place = { class: "layer", x: px(half) - 5, y: py(0.5 * (layer.from + layer.to) * depth) + 4, "text-anchor": "end" };
+      if (i > 0) drawing.append(make("line", { class: "interface", x1: left, x2: px(half), y1: py(upper + layer.from * all), y2: py(upper + layer.from * all) }));
+      const place = { class: "layer", x: px(half) - 5, y: py(upper + 0.5 * (layer.from + layer.to) * all) + 4, "text-anchor": "end" };
       // thin layers have no room for their names
-      if ((layer.to - layer.from) * depth * size > 13) drawing.append(make("text", place, layer.name));
+      if ((layer.to - layer.from) * all * size > 13) drawing.append(make("text", place, layer.name));
     });
     drawing.append(make("line", { class: "surface", x1: left, x2: px(half), y1: y0, y2: y0 }));
     // filled above the target only: the field under it is not covered, however deep it is
@@ -88,7 +90,7 @@ const section = (figure, field) => {
     const filling = make("path", { class: "filling", "clip-path": "url(#above)" });
     const body = make("path", { class: "body" });
     const contact = make("path", { class: "contact" });
-    drawing.append(above, filling, body, contact);
+    drawing.append(...(upper < 0 ? [] : [above, filling]), body, contact);
     state = () => {
       const w = depths[number];
       if (height.length && w !== undefined && w !== null) {
