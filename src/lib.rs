@@ -1,8 +1,8 @@
-//! percuss: a rigid indenter strikes elastic layers or a half-space; the stress waves are computed by an explicit
+//! percuss: an indenter, rigid or elastic, strikes elastic layers, a disc, a bar or a half-space; the stress waves are computed by an explicit
 //! scheme of minimised mesh dispersion, and every run is recorded as a standard MCAP file.
 //!
 //! ```text
-//! case.toml -> Case -> Simulation{ model <-surface-> contact(indenter) } -+
+//! case.toml -> Case -> Simulation{ model <-surface-> contact <-indenter } -+      indenter: rigid, or a model with a surface of its own
 //!              Case -> exact::ClosedForm ---------------------------------+-> View -> channels -> Recorder -> run.mcap
 //! ```
 //!
@@ -32,14 +32,14 @@
 //! |---|---|
 //! | [`case`] | cases, from files or built: reading, checking, derived sizes, the built-in cases |
 //! | [`input`] | files that people write: read whole, within a bound |
-//! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants |
+//! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants, of isotropic materials and of those whose axis of symmetry is z |
 //! | [`shape`] | indenter profiles and the covered area fraction of a cell |
-//! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them; cells that grow (`grid::graded`) |
-//! | [`indenter`] | the rigid body |
+//! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them; cells that grow and rims (`grid::graded`) |
+//! | [`indenter`] | the rigid body; of an indenter that gives its centre of mass |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, targets on graded meshes (`model::body`), the light cone ([`model::cone`]), and the fast engine, private to it |
-//! | [`simulation`] | the order of one step |
+//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, bodies whose cells or layers differ, or that end (`model::body`), the light cone ([`model::cone`]), and the fast engine, private to it |
+//! | [`simulation`] | the order of one step; an indenter that gives (`simulation::striker`), a second body |
 //! | [`mod@state`] | the state of a run as a stream of bytes |
 //! | [`checkpoint`] | the file around a state, from which a run continues, and the observer that writes it |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
@@ -86,7 +86,9 @@
 //!   against them. Both leave nodes outside the light cone at rest; the engine may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Both rows of an
 //!   interface between layers are advanced by one thread; tension there is noted as an event.
-//! * On a graded mesh the plain stepper computes all nodes in every step, row by row in vectors (`model::body`): such meshes lie in the second cache, and have no light cone.
+//! * On a graded mesh, in targets with layers that are not alike in all directions or with a rim, and in an indenter that gives the plain stepper computes all nodes in every step, row by row
+//!   in vectors (`model::body`): such meshes are small, and have no light cone. What layers and rims are is numbers of rows and columns there, no code.
+//! * An indenter that gives is a second instance of that body, in a frame that flies on with V0: contact is the balance of forces of two surfaces' nodes on the same radii.
 //! * Vectors of any width give the same bits: products are fused with sums in fixed places of the scheme and nowhere else, sums over a row
 //!   are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.

@@ -1,9 +1,9 @@
 //! The section of recorded fields: how far it reaches, which nodes frames show, and their size.
 
-use super::{GradedSizes, Parameters};
+use super::{BodySizes, GradedSizes, Parameters};
 use crate::{
     grid::{Grid, place},
-    model::{Extent, FrameFields},
+    model::FrameFields,
     shape::Shape,
 };
 
@@ -35,8 +35,8 @@ pub struct ShownNodes {
 impl Parameters {
     /// Memory of the fields of a frame, at most \[bytes\].
     pub(crate) fn frame_size(&self) -> usize {
-        let Extent { nr, nz } = Extent::of(&self.grid(), self.record.field_every, self.shown_columns());
-        let values = nr * nz * self.record.fields.len();
+        let ShownNodes { z, r, .. } = self.shown_nodes();
+        let values = z.len() * r.len() * self.record.fields.len();
         (size_of::<f32>() * values).max(1)
     }
 
@@ -133,7 +133,8 @@ impl Parameters {
     pub(crate) fn node_updates(&self) -> f64 {
         let (steps, shape, speed) = (self.sizes.steps as f64, self.shape(), self.wave_speed());
         if !self.is_tiled() {
-            return steps * self.sizes.nr as f64 * (self.sizes.nz + 1) as f64;
+            let striker = self.sizes.striker.as_ref().map_or(0, BodySizes::nodes);
+            return steps * (self.sizes.nr as f64 * (self.sizes.nz + 1) as f64 + striker as f64);
         }
         let nodes = |sample: usize| {
             let step = steps * (sample as f64 + 0.5) / STEP_SAMPLES as f64;

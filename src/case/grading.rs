@@ -62,20 +62,25 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
 
 /// Adds widths from a radius on whose last node stands on a rim.
 fn to_rim(widths: &mut Vec<f64>, growth: &Growth, start: f64, radius: f64) {
-    if growth.ratio > 1.0 {
-        let before = widths[widths.len() - 1];
+    let (before, length) = (widths[widths.len() - 1], radius - start);
+    if growth.ratio > 1.0 && length > (FEWEST_ROWS + 1) as f64 * before {
         let columns = Rows { growth: *growth, top: start - 0.5 * growth.first, before, overhang: 0.0 };
-        widths.extend(columns.through(radius - start));
+        widths.extend(columns.through(length));
     } else {
-        // equal ones, and a wider one
-        let cells = ((radius - start) / growth.first + ROUNDING).floor().max(1.0) as usize;
-        widths.extend(std::iter::repeat_n(growth.first, cells));
+        // alike, and a wider one
+        let cells = (length / before + ROUNDING).floor().max(1.0) as usize;
+        widths.extend(std::iter::repeat_n(before, cells));
     }
     let last = widths.len() - 1;
     // nodes are at sums of widths
     let before = widths[1..last].iter().fold(0.5 * widths[0], |r, width| r + width);
     let width = radius - before;
     widths[last] = if before + width > radius { width.next_down() } else { width };
+}
+
+/// Where a mesh of these widths ends, the last of them being beyond its last node.
+pub(super) fn outer_radius(widths: &[f64]) -> f64 {
+    widths.iter().sum::<f64>() - 0.5 * widths[0]
 }
 
 /// What a graded mesh does.
@@ -206,10 +211,10 @@ impl Parameters {
         });
         let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
         let most = (MAX_NUMBERS / self.model.numbers_per_node(None) as f64).min(MAX_NODES);
-        if (nr * rows) as f64 > most {
+        let nodes = (nr * rows) as f64 + striker.as_ref().map_or(0, BodySizes::nodes) as f64;
+        if nodes > most {
             let message = format!(
-                "`mesh.contact_cells` = {contact_cells} makes a mesh of {:.3e} nodes, {nr} along r, {rows} along z",
-                (nr * rows) as f64
+                "`mesh.contact_cells` = {contact_cells} makes a mesh of {nodes:.3e} nodes, {nr} along r, {rows} along z"
             );
             let help =
                 format!("allowed: at most {most:e}; make mesh.contact_cells smaller or mesh.grading larger");
@@ -229,7 +234,7 @@ impl Parameters {
             steps: steps as u64,
             nr,
             nz: rows - 1,
-            outer_radius: self.target.radius.unwrap_or(widths[..=nr].iter().sum::<f64>() - 0.5 * first),
+            outer_radius: self.target.radius.unwrap_or_else(|| outer_radius(&widths[..=nr])),
             depth,
             contact_reach,
             strained: rows,
@@ -262,7 +267,8 @@ impl Parameters {
         if self.target.radius.is_none() {
             let before = widths[widths.len() - 1];
             let columns = Rows { growth: *growth, top: start - 0.5 * growth.first, before, overhang: 0.0 };
-            let end = (outer - start) * (1.0 - ROUNDING);
+            // some cells beside the indenter, if it is as wide
+            let end = ((outer - start) * (1.0 - ROUNDING)).max(2.0 * before);
             widths.extend(columns.sizes(growth.ratio, |_, length| length < end));
             nodes[0] = widths.len() - 1;
         } else {

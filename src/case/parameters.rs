@@ -176,7 +176,8 @@ impl Parameters {
     /// Memory of the displacements at all levels that are kept \[bytes\].
     pub(crate) fn field_memory(&self) -> u64 {
         let numbers = self.model.numbers_per_node(self.corner().as_ref()) as u64;
-        numbers * 8 * (self.sizes.nr as u64 + 1) * (self.sizes.nz as u64 + 1)
+        let striker = self.sizes.striker.as_ref().map_or(0, BodySizes::nodes);
+        numbers * 8 * ((self.sizes.nr as u64 + 1) * (self.sizes.nz as u64 + 1) + striker)
     }
 
     /// The steps that are frames.
@@ -554,9 +555,9 @@ pub struct BodySizes {
 }
 
 impl BodySizes {
-    /// Number of rows of nodes.
-    pub fn rows(&self) -> usize {
-        self.heights.iter().map(|heights| heights.len() + 1).sum()
+    /// Number of its nodes.
+    pub fn nodes(&self) -> u64 {
+        (self.nr * self.heights.iter().map(|heights| heights.len() + 1).sum::<usize>()) as u64
     }
 }
 

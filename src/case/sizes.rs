@@ -2,6 +2,7 @@
 
 use super::{
     BodySizes, GradedSizes, LayerSizes, Parameters, Sizes, TargetLayer,
+    grading::outer_radius,
     keys::BODY,
     rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
     values::Values,
@@ -51,7 +52,7 @@ impl Parameters {
         };
         let corner = self.corner();
         let reach = if corner.is_some() { 2 } else { 1 };
-        let above = rows.layers.split_off(computed.len());
+        let mut above = rows.layers.split_off(computed.len());
         let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
         let finite = if layer { &rows.layers[..] } else { &rows.layers[..interfaces] };
         let finite = finite.iter().map(|layer| layer.steps as f64).sum::<f64>();
@@ -67,11 +68,17 @@ impl Parameters {
         let half_space = if layer { 0.0 } else { (deep - finite).max(FEWEST as f64) };
         let nz = finite + half_space + interfaces as f64;
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
-        if nr * nz > most {
+        if self.indenter.striker.as_ref().is_some_and(|striker| striker.body.thickness.is_none()) {
+            // waves do not get there
+            above.last_mut()?.steps = steps as usize + 2;
+        }
+        let rows_above: usize = above.iter().map(|layer| layer.steps + 1).sum();
+        let nodes_above = columns.as_ref().map_or(0.0, |(_, [_, nr])| (nr * rows_above) as f64);
+        if nr * nz + nodes_above > most {
             let message = format!(
                 "`mesh.cells` = {} makes a mesh of {:.3e} nodes, {nr} along r, {nz} along z",
                 self.mesh.cells,
-                nr * nz
+                nr * nz + nodes_above
             );
             let help = format!("allowed: at most {most:e}; make mesh.cells or run.end_time smaller");
             values.problem("mesh.cells", message, help);
@@ -87,19 +94,16 @@ impl Parameters {
             steps: steps as u64,
             nr: nr as usize,
             nz: nz as usize,
-            outer_radius: self.target.radius.unwrap_or(columns.as_ref().map_or(nr * dr, |_| outer)),
+            outer_radius: self.target.radius.unwrap_or_else(|| {
+                columns.as_ref().map_or(nr * dr, |(widths, [nr, _])| outer_radius(&widths[..=*nr]))
+            }),
             depth: rows.layers.iter().map(|layer| layer.rows() * layer.dz).sum(),
             contact_reach,
             strained,
             covered,
             layer,
-            striker: self.indenter.striker.as_ref().zip(columns.as_ref()).map(|(striker, (_, [_, nr]))| {
-                let mut layers = above;
-                if let Some(last) = layers.last_mut().filter(|_| striker.body.thickness.is_none()) {
-                    // waves do not get there
-                    last.steps = steps as usize + 2;
-                }
-                BodySizes { nr: *nr, heights: equal_heights(&layers), layers }
+            striker: self.indenter.striker.as_ref().zip(columns.as_ref()).map(|(_, (_, [_, nr]))| {
+                BodySizes { nr: *nr, heights: equal_heights(&above), layers: above }
             }),
             graded: columns.map(|(widths, _)| GradedSizes { widths, heights: equal_heights(&rows.layers) }),
             layers: rows.layers,
@@ -273,6 +277,14 @@ impl Parameters {
                 values.problem(name, what, format!("make it or {key} larger"));
                 return None;
             }
+        }
+        let apart = self.target.radius.zip(striker).map_or(0.0, |(target, striker)| (target - striker).abs());
+        if apart > 0.0 && apart < dr {
+            let [step, apart] = [dr, apart].map(|length| self.units().length.text(length));
+            let message =
+                format!("target and indenter differ by {apart} in radius, and columns of the mesh by {step}");
+            values.problem("target.radius", message, "make the radii equal, or the mesh finer");
+            return None;
         }
         if let Some(radius) = self.target.radius {
             if values.is_given("mesh.outer_radius") {

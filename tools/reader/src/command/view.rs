@@ -335,7 +335,7 @@ mod tests {
         let values = vec![1.0, -1.0, 0.5, f64::NAN];
         let slice = Slice { rows: side(2), columns: side(2), values, ..Slice::default() };
         // pixels of half a unit: their middles are at 0.25, 0.75, 1.25, …
-        let levels = raster(&slice, (3, 4), 0.5, 1.0);
+        let levels = raster(&slice, (3, 4), (0.5, 0.0), 1.0);
         assert_eq!(levels[..4], [254, 2, 2, 128].map(canvas::colour));
         assert_eq!(levels[4..8], [191, 0, 0, 128].map(canvas::colour));
     }
