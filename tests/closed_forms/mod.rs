@@ -3,7 +3,7 @@
 //!
 //! | Closed form | Result |
 //! |---|---|
-//! | [`collision`] | plane waves in two stacks of layers that collide |
+//! | [`collision`] | plane waves in two stacks of layers that collide, and part |
 //! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`hertz_radiation`] | impact of a rigid ball on a half-space, full theory: Hertz, with the energy that waves carry away |

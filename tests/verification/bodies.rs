@@ -156,6 +156,45 @@ fn guided_rods_collide_as_rays_say() {
     }
 }
 
+/// Split Hopkinson arrangement in a guide: a striker bar on a soft specimen on a long bar. The stress in the bar is that of the rays, also once striker and
+/// specimen have parted.
+#[test]
+fn guided_bars_transmit_through_a_specimen_what_rays_say() {
+    /// Rows from the specimen's back to the gauge.
+    const BELOW: usize = 70;
+    let text = "model = \"elastic\"\n[target]\nradius = 1.0\nrim = \"guided\"\nlayer = [{ thickness = 0.5, shear_wave_speed = 0.45 }, \
+                { thickness = \"half-space\", density = 6.0, wave_speed = 2.2, shear_wave_speed = 1.2, bond = \"sliding\" }]\n[indenter]\n\
+                shape = \"flat\"\nradius = 1.0\n[indenter.body]\nlayer = [{ thickness = 10.0, density = 6.0, wave_speed = 2.2, \
+                shear_wave_speed = 1.2 }]\n[impact]\nvelocity = 1e-3\n[mesh]\ncells = 8\n[run]\nend_time = 30\n[record]\nframes = 0\n";
+    let sized = sound(text, &[]);
+    let [specimen, bar] = &sized.sizes.layers[..] else { panic!("two layers") };
+    let depth = specimen.steps as f64 * specimen.dz + BELOW as f64 * bar.dz;
+    let case = sound(text, &[&format!("record.points=[[0.0, {depth:?}]]")]);
+    let (striker, dt) = (case.indenter.striker.as_ref().expect("a body"), case.sizes.dt);
+    let above = layers(&case, &striker.body, &case.sizes.striker.as_ref().expect("sizes").layers);
+    let mut below = layers(&case, &case.target, &case.sizes.layers);
+    let bar = below.pop().expect("the bar");
+    below.extend([(bar.0, BELOW as f64 * dt), (bar.0, f64::INFINITY)]);
+    let rays = Collision::new(&above, &below, 0.0);
+    let (end, after) = rays.pressure(30.0).pop().expect("steps");
+    assert!(after < 0.0 && end < 25.0, "they part at {end}");
+    let steps = rays.pressure_below(2, 30.0);
+    let level = steps.iter().map(|step| step.1).fold(0.0, f64::max);
+    let (mut largest, mut seen) = (0.0f64, [0; 2]);
+    for (time, stress) in
+        run(&case, |view| (view.time, view.gauges.as_ref().expect("in every step").points[0].stress))
+    {
+        // in the step in which a front arrives it is half there
+        if steps.iter().all(|(step, _)| (time - step).abs() > 0.6 * dt) {
+            let now = steps.iter().rfind(|(step, _)| *step < time).expect("the first").1;
+            largest = largest.max((stress / case.impact.velocity - now).abs() / level);
+            seen[usize::from(time > end + (BELOW + specimen.steps) as f64 * dt)] += 1;
+        }
+    }
+    println!("{largest:e} of {level:.4} in {seen:?} steps, contact until {end:.3}");
+    assert!(largest < 1e-10 && seen.iter().all(|&steps| steps > 30), "{largest:e} in {seen:?} steps");
+}
+
 /// A steel ball of 10 mm that gives, at 10 m/s on aluminium: 5284 N and 28.26 µs by an independent program that meshes the sphere, where a rigid one has
 /// 5819 N and 25.6 µs.
 #[test]
