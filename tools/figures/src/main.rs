@@ -2,7 +2,8 @@
 //!
 //! One command runs the built-in cases with the command line of percuss, keeps their recordings, reads them with the
 //! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML; a second one that compares the
-//! simplified with the full theory, one of layered targets, one of a sweep, and one of balls against Hertz.
+//! simplified with the full theory, one of layered targets, one of a sweep, one of balls against Hertz, and one of
+//! indenters that give.
 //!
 //! | Module | Owns |
 //! |---|---|
@@ -13,6 +14,7 @@
 //! | `layers` | layered targets |
 //! | `sweeps` | a sweep over mass and material |
 //! | `hertz` | balls on half-spaces, against Hertz with radiation |
+//! | `bodies` | indenters that give: bars against rays, a ball against Hertz |
 //! | `figure`, `page` | the parts of a figure; the pages |
 
 use std::{
@@ -28,6 +30,7 @@ use percuss_picture::{Medium, draw_image};
 
 use crate::{figure::Figure, lab::Lab, page::Page};
 
+mod bodies;
 #[cfg_attr(not(test), expect(dead_code, reason = "figures show some of them"))]
 #[path = "../../../tests/closed_forms/mod.rs"]
 mod closed_forms;
@@ -52,6 +55,7 @@ Examples:
   percuss-figures --only layers       layered targets alone: layers.html, layers.md
   percuss-figures --only sweeps       a ball on plates of five materials: sweeps.html, sweeps.md
   percuss-figures --only hertz        balls on half-spaces, against Hertz with radiation: hertz.html, hertz.md
+  percuss-figures --only bodies       indenters that give, bars and a ball: bodies.html, bodies.md
   percuss-figures --only paper --quick -o draft
   percuss-figures -o /tmp/page --force"
 )]
@@ -65,7 +69,7 @@ struct Arguments {
     /// Write this page alone
     #[arg(long, value_enum)]
     only: Option<Which>,
-    /// Take meshes a quarter as fine, for Hertz half: a look at the pages of the paper, of the sweep and of Hertz in a minute each, with larger errors
+    /// Take meshes a quarter as fine, for Hertz and bodies half: a look at the pages of the paper, of the sweep, of Hertz and of bodies in a minute each, with larger errors
     #[arg(long)]
     quick: bool,
 }
@@ -83,6 +87,8 @@ enum Which {
     Sweeps,
     /// Balls on half-spaces, against Hertz with the energy that waves carry away
     Hertz,
+    /// Indenters that give: bars against rays and one-dimensional theory, a ball against Hertz
+    Bodies,
 }
 
 /// Why there is no page.
@@ -162,6 +168,11 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     if is_asked(Which::Hertz) {
         let page = hertz::page(&progress, if arguments.quick { 2 } else { 1 })?;
         let path = write("hertz", &page, folder, &progress)?;
+        index.get_or_insert(path);
+    }
+    if is_asked(Which::Bodies) {
+        let page = bodies::page(&progress, if arguments.quick { 2 } else { 1 })?;
+        let path = write("bodies", &page, folder, &progress)?;
         index.get_or_insert(path);
     }
     progress.bar.finish_and_clear();

@@ -34,7 +34,7 @@ const INTRODUCTION: &str = "\
 Every figure of V. D. Kubenko and M. V. Ayzenberg-Stepanenko, *Impact indentation of a rigid body into an elastic layer. \
 Axisymmetric problem*, computed by percuss, drawn from its recordings, and held against what the paper states and against \
 closed forms. Dashed black curves are closed forms. Apart from the paper's statements no number on this page was typed in: \
-`percuss-figures` computes, draws and writes all of it. A second page compares the simplified with the full theory: `theories.html`; a third one has layered targets: `layers.html`; a fourth one a ball on plates: `sweeps.html`; a fifth one balls on half-spaces, against Hertz: `hertz.html`.";
+`percuss-figures` computes, draws and writes all of it. A second page compares the simplified with the full theory: `theories.html`; a third one has layered targets: `layers.html`; a fourth one a ball on plates: `sweeps.html`; a fifth one balls on half-spaces, against Hertz: `hertz.html`; a sixth one bars and a ball that give: `bodies.html`.";
 
 impl Page {
     /// The page of the paper's figures.
