@@ -28,7 +28,7 @@ mod layers;
 mod steps;
 
 use graded::Positions;
-pub use graded::{Growth, Rim, place};
+pub use graded::{Growth, Rim, outer_radius, place};
 pub use layers::{Back, Bond, Layer};
 pub use steps::{FEWEST, LayerSteps};
 

@@ -6,7 +6,6 @@
 use percuss_table::measures::{self, EXTENSION, Measure, Observations, RECONTACT, SEPARATION, Said};
 
 use crate::{
-    case::Case,
     units::Units,
     validity::{Peak, Validity},
     view::{EventKind, View},
@@ -18,13 +17,6 @@ pub fn units(units: Units) -> measures::Units {
     let [time, length, speed, force, energy, stress] =
         [time, length, speed, force, energy, stress].map(|unit| Some(unit.name.to_owned()));
     measures::Units { time, length, speed, force, energy, stress }
-}
-
-/// Names of all that is measured of a case, in the order of the columns.
-pub fn names(case: &Case) -> Vec<String> {
-    let interfaces = vec![Default::default(); case.sizes.layers.len() - 1];
-    let measures = Observations::default().measures(&Said { interfaces, ..Said::default() });
-    measures.into_iter().map(|measure| measure.name.into_owned()).collect()
 }
 
 /// Measures of a run that is under way.

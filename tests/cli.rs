@@ -372,6 +372,7 @@ fn built_in_cases_are_listed() {
     expected.extend(full.map(|figure| format!("elastic-fig{figure}")));
     let others = ["ball", "laminate-armour", "laminate-glass", "coating", "coating-soft", "layers"];
     expected.extend(others.map(str::to_owned));
+    expected.extend(["laminate-carbon", "disc", "bar"].map(str::to_owned));
     assert_eq!(names, expected);
 }
 

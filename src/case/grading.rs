@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     contact::Rule,
-    grid::{Growth, Spacing},
+    grid::{Growth, Spacing, outer_radius},
     model::{ModelKind, elastic::FEWEST_ROWS},
     shape::{Head, hertz_duration},
 };
@@ -76,11 +76,6 @@ fn to_rim(widths: &mut Vec<f64>, growth: &Growth, start: f64, radius: f64) {
     let before = widths[1..last].iter().fold(0.5 * widths[0], |r, width| r + width);
     let width = radius - before;
     widths[last] = if before + width > radius { width.next_down() } else { width };
-}
-
-/// Where a mesh of these widths ends, the last of them being beyond its last node.
-pub(super) fn outer_radius(widths: &[f64]) -> f64 {
-    widths.iter().sum::<f64>() - 0.5 * widths[0]
 }
 
 /// What a graded mesh does.

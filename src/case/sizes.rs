@@ -2,14 +2,13 @@
 
 use super::{
     BodySizes, GradedSizes, LayerSizes, Parameters, Sizes, TargetLayer,
-    grading::outer_radius,
     keys::BODY,
     rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
     values::Values,
 };
 use crate::{
     contact::HALF_WIDTH,
-    grid::{Back, FEWEST, Growth, MeshKind, Spacing},
+    grid::{Back, FEWEST, Growth, MeshKind, Spacing, outer_radius},
     model::{Dependence, ModelKind, cone::rows_ahead, elastic::FEWEST_ROWS, strain::NEAR_ROWS},
     units::Dimension,
 };

@@ -7,6 +7,7 @@ use std::{
 
 use clap::Args;
 use percuss_output::{OutputError, text::printable};
+use percuss_table::measures::{Observations, Said};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -17,7 +18,6 @@ use super::{
 use crate::{
     advice::{Finding, codes},
     case::Case,
-    measuring,
     study::{Plan, Study, default_measures, on_meshes, study},
     units::{Dimension, Units},
 };
@@ -134,7 +134,7 @@ impl StudyArguments {
         let radius = "a radius is not negative";
         let probes = read("--probes", &self.probes, Dimension::Length, f64::INFINITY, radius)?;
         let spread = || [0.23, 0.48, 0.73, 0.98].map(|share| (share * end * 1e6).round() / 1e6).to_vec();
-        let known = if self.measures.is_empty() { Vec::new() } else { measuring::names(case) };
+        let known = if self.measures.is_empty() { Vec::new() } else { names(case) };
         if let Some(unknown) = self.measures.iter().find(|name| !known.contains(name)) {
             let text = format!("--measures {unknown}: it is one of {}", known.join(", "));
             return Err(CliError::Usage(text));
@@ -283,4 +283,10 @@ fn table(case: &Case, study: &Study) -> String {
         text.push_str(&format!("exact: closed form `{form}`, where it holds\n"));
     }
     text
+}
+/// Names of all that is measured of a case, in the order of the columns.
+fn names(case: &Case) -> Vec<String> {
+    let interfaces = vec![Default::default(); case.sizes.layers.len() - 1];
+    let measures = Observations::default().measures(&Said { interfaces, ..Said::default() });
+    measures.into_iter().map(|measure| measure.name.into_owned()).collect()
 }

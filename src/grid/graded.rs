@@ -184,3 +184,8 @@ pub fn place(positions: &[f64], x: f64) -> f64 {
     let i = positions.partition_point(|position| *position <= x).clamp(1, positions.len() - 1) - 1;
     i as f64 + (x - positions[i]) / (positions[i + 1] - positions[i])
 }
+
+/// Where a mesh of these widths ends, the last of them being beyond its last node \[R\].
+pub fn outer_radius(widths: &[f64]) -> f64 {
+    widths.iter().sum::<f64>() - 0.5 * widths[0]
+}
