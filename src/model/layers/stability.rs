@@ -149,11 +149,13 @@ fn random_stacks_are_stable() {
 /// Of a stable solid with one axis of symmetry: A from 0.1 to 16.
 fn any_stiffness(noise: &mut Noise) -> Stiffness {
     let lateral = 0.1 * 160f64.powf(noise.unit());
+    let coupled = lateral.sqrt() * (1.1 * noise.unit() - 0.2);
     Stiffness {
         lateral,
-        coupled: lateral.sqrt() * (1.1 * noise.unit() - 0.2),
+        coupled,
         shear: lateral.min(1.0) * (0.01 + 0.69 * noise.unit()),
-        plane: 0.3 * lateral,
+        // (C11 + C12)·C33 > 2C13²
+        plane: (0.3 * lateral).min(0.9 * (lateral - coupled * coupled)),
     }
 }
 
