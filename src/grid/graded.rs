@@ -61,18 +61,6 @@ impl Growth {
             (before * self.ratio).min(self.largest).max(before)
         }
     }
-
-    /// Sizes until they are as long as `length` together, which the last may exceed.
-    pub fn sizes(&self, length: f64) -> Vec<f64> {
-        let (mut sizes, mut end) = (Vec::new(), 0.0);
-        let mut size = self.first;
-        while end < length {
-            size = self.size(end, size);
-            sizes.push(size);
-            end += size;
-        }
-        sizes
-    }
 }
 
 impl Grid {
