@@ -304,8 +304,10 @@ impl Contact {
         let mut state = ContactState { depth: indenter.depth(), ..ContactState::default() };
         let zone = 0..self.profile.len();
         striker.displacement.copy_from_slice(&striker.free);
+        let mut full = vec![false; zone.len()];
         for i in zone.clone() {
-            let (imposed, _) = self.imposed(i, |i| *next_flight - striker.free[i], &surface.free);
+            let (imposed, is_full) = self.imposed(i, |i| *next_flight - striker.free[i], &surface.free);
+            full[i] = is_full;
             let penetration = imposed.penetration - surface.free[i];
             let compliance = surface.compliance[i] / self.area[i] + striker.compliance[i] / area[i];
             let force = penetration / compliance;
@@ -324,14 +326,13 @@ impl Contact {
         state.contact_radius = self.edge(|i| *flight - striker.free[i], surface);
         for i in zone {
             let in_contact = self.is_loaded(surface.pressure[i]);
-            let (_, is_full) = self.imposed(i, |i| *next_flight - striker.free[i], &surface.free);
             surface.displacement[i] += surface.compliance[i] * surface.pressure[i];
             striker.displacement[i] += striker.compliance[i] * striker.pressure[i];
             let next_depth = *next_flight - striker.displacement[i];
             let next_gap = surface.displacement[i] + self.profile[i] - next_depth;
-            self.touch(i, in_contact, is_full, next_gap, surface, &mut state);
-            striker.loaded = surface.loaded;
+            self.touch(i, in_contact, full[i], next_gap, surface, &mut state);
         }
+        striker.loaded = surface.loaded;
         state
     }
 

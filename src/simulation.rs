@@ -258,12 +258,8 @@ impl Simulation {
                 [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.units.length.text(r));
             return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
-        let on_target = self.work_on_target();
-        let on_striker = match &self.striker {
-            Some(striker) if self.balance.is_damped => striker.work(),
-            _ => 0.0,
-        };
-        self.balance.add(&state, on_target + on_striker);
+        let on_bodies = self.work_on_bodies();
+        self.balance.add(&state, on_bodies);
         let after = (self.balance, self.indenter_energy());
 
         self.observe_strain(step, time);
@@ -304,20 +300,13 @@ impl Simulation {
         }
     }
 
-    /// Work of the pressure on the target during a step, `½ Σ a_i p_i (u_i^{k+1} − u_i^{k−1})` \[πR³γc_p²; plane R²γc_p²\]; 0 where
-    /// no damping asks for it.
-    fn work_on_target(&mut self) -> f64 {
+    /// Work of the pressure on both bodies during a step; 0 where no damping asks for it.
+    fn work_on_bodies(&mut self) -> f64 {
         if !self.balance.is_damped {
             return 0.0;
         }
-        let [before, now] = &mut self.motion;
-        let Surface { pressure, displacement, loaded, .. } = &self.surface;
-        let nodes = self.grid.area.iter().zip(pressure).zip(displacement.iter().zip(before.iter()));
-        let work =
-            nodes.take(*loaded).map(|((area, p), (next, before))| 0.5 * area * p * (next - before)).sum();
-        before.copy_from_slice(displacement);
-        std::mem::swap(before, now);
-        work
+        let on_target = self.surface.work(&self.grid.area, &mut self.motion);
+        on_target + self.striker.as_mut().map_or(0.0, Striker::work)
     }
 
     /// Output of a step without the field frame.

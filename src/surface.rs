@@ -29,6 +29,21 @@ impl Surface {
         Self { free: zeros(), compliance: zeros(), pressure: zeros(), displacement: zeros(), loaded: 0 }
     }
 
+    /// Work of the pressure during a step, `½ Σ a_i p_i (u_i^{k+1} − u_i^{k−1})` \[πR³γc_p²; plane R²γc_p²\].
+    ///
+    /// * `area`: a_i \[R²; plane R\]
+    /// * `motion`: displacements at levels k−1 and k, which become those at k and k+1 \[R\]
+    pub fn work(&self, area: &[f64], motion: &mut [Vec<f64>; 2]) -> f64 {
+        let [before, now] = motion;
+        let Self { pressure, displacement, loaded, .. } = self;
+        let nodes = area.iter().zip(pressure).zip(displacement.iter().zip(before.iter()));
+        let work =
+            nodes.take(*loaded).map(|((area, p), (next, before))| 0.5 * area * p * (next - before)).sum();
+        before.copy_from_slice(displacement);
+        std::mem::swap(before, now);
+        work
+    }
+
     /// Writes the surface.
     ///
     /// # Errors

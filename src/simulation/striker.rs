@@ -33,9 +33,9 @@ pub(super) struct Striker {
     /// The frame that flies on.
     flight: Indenter,
     velocity: f64,
-    /// Displacement of the lower face at levels k−1 and k, for the work on it, and of nose and rear on the axis \[R\].
+    /// Displacement of the lower face at levels k−1 and k, for the work on it, and on the axis that of nose and rear \[R\].
     motion: [Vec<f64>; 2],
-    rear: [f64; 2],
+    ends: [[f64; 2]; 2],
     mass: f64,
     /// Points and lines of the case, in their order.
     order: Order,
@@ -58,7 +58,7 @@ impl Striker {
             model: body.at_rest(sampling),
             surface: Surface::new(grid.nr()),
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
-            rear: [0.0; 2],
+            ends: [[0.0; 2]; 2],
             flight: Indenter::new(f64::INFINITY, case.impact.velocity, grid.dt()),
             velocity: case.impact.velocity,
             order,
@@ -100,10 +100,8 @@ impl Striker {
     }
 
     /// Work of the pressure on it during the step, in the frame that flies on.
-    pub fn work(&self) -> f64 {
-        let Surface { pressure, displacement, loaded, .. } = &self.surface;
-        let nodes = self.grid.area.iter().zip(pressure).zip(displacement.iter().zip(&self.motion[0]));
-        nodes.take(*loaded).map(|((area, p), (next, before))| 0.5 * area * p * (next - before)).sum()
+    pub fn work(&mut self) -> f64 {
+        self.surface.work(&self.grid.area, &mut self.motion)
     }
 
     /// Moves it to level k+1, and returns what it shows of level k, and its motion then.
@@ -111,17 +109,13 @@ impl Striker {
         self.model.advance(&self.surface, (), request);
         let completed = self.model.next(false).expect("the plain stepper returns a step at once");
         self.flight.advance(0.0);
-        let [next, _] = self.model.row(0, self.grid.nz);
-        let speed = |before: f64, next: f64| self.velocity - scheme::velocity(before, next, self.grid.dt());
-        let motion = StrikerMotion {
-            nose: speed(self.motion[0][0], self.surface.displacement[0]),
-            rear: speed(self.rear[0], next[0]),
-        };
-        self.rear = [self.rear[1], next[0]];
-        let [before, now] = &mut self.motion;
-        before.copy_from_slice(&self.surface.displacement);
-        std::mem::swap(before, now);
-        (completed, motion)
+        let [rear, _] = self.model.row(0, self.grid.nz);
+        let next = [self.surface.displacement[0], rear[0]];
+        let [before, now] = self.ends;
+        let [nose, rear] =
+            [0, 1].map(|end| self.velocity - scheme::velocity(before[end], next[end], self.grid.dt()));
+        self.ends = [now, next];
+        (completed, StrikerMotion { nose, rear })
     }
 
     /// Depth of the frame that flies on at the level that will be shown next.
@@ -207,7 +201,7 @@ impl Striker {
     pub fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         self.flight.save(out)?;
         self.surface.save(out)?;
-        out.put(&self.rear)?;
+        out.put(&self.ends)?;
         self.motion.iter().try_for_each(|level| out.numbers(level))?;
         self.model.save(out)
     }
@@ -220,7 +214,7 @@ impl Striker {
     pub fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
         self.flight.load(from)?;
         self.surface.load(from)?;
-        self.rear = from.get()?;
+        self.ends = from.get()?;
         self.motion.iter_mut().try_for_each(|level| from.numbers(level))?;
         self.model.load(step, from)
     }
