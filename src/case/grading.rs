@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     contact::Rule,
-    grid::{Growth, Spacing, outer_radius},
+    grid::{Back, Growth, Spacing, outer_radius},
     model::{ModelKind, elastic::FEWEST_ROWS},
     shape::{Head, hertz_duration},
 };
@@ -76,6 +76,18 @@ fn to_rim(widths: &mut Vec<f64>, growth: &Growth, start: f64, radius: f64) {
     let before = widths[1..last].iter().fold(0.5 * widths[0], |r, width| r + width);
     let width = radius - before;
     widths[last] = if before + width > radius { width.next_down() } else { width };
+}
+
+/// Rows of the layers of a body.
+fn layer_sizes(back: Back, heights: &[Vec<f64>]) -> Vec<LayerSizes> {
+    let overhang = |number: usize| if number + 1 == heights.len() { back.overhang() } else { 0.0 };
+    let sizes = |(number, heights): (usize, &Vec<f64>)| LayerSizes {
+        steps: heights.len(),
+        overhang: overhang(number),
+        dz: heights[0],
+        speed_change: 0.0,
+    };
+    heights.iter().enumerate().map(sizes).collect()
 }
 
 /// What a graded mesh does.
@@ -161,9 +173,9 @@ impl Parameters {
         let &Grading { contact_cells, ratio, near: [near_radius, near_depth], largest } = grading;
         let first = self.smallest_cell(contact_cells);
         let striker = self.indenter.striker.as_ref().map(|striker| &striker.body);
-        let computed = [Some(computed.to_vec()), striker.map(Target::computed)];
-        let all = computed.iter().flatten().flatten();
-        let fastest = fastest(self.model, &all.clone().cloned().collect::<Vec<_>>());
+        let above = striker.map_or_else(Vec::new, Target::computed);
+        let all = computed.iter().chain(&above);
+        let fastest = fastest(self.model, all.clone());
         let slack = striker.map_or(1.0, Target::slack).max(self.target.slack());
         // a layer has rows enough, however thin it is
         let thinnest = all.filter_map(|layer| Some(layer.thickness? / layer.wave_speed));
@@ -197,12 +209,11 @@ impl Parameters {
             return None;
         }
         let (widths, [nr, striker_nr]) = self.columns(outer, &growth);
-        let [below, above] = computed;
-        let heights = self.heights(&self.target, &below.unwrap_or_default(), dt, first, run, grading);
-        let (layers, above) = (self.layer_sizes(&self.target, &heights), above.zip(striker));
-        let striker = above.map(|(computed, body)| {
-            let heights = self.heights(body, &computed, dt, first, run, grading);
-            BodySizes { nr: striker_nr, layers: self.layer_sizes(body, &heights), heights }
+        let heights = self.heights(&self.target, computed, dt, first, run, grading);
+        let layers = layer_sizes(self.target.back, &heights);
+        let striker = striker.map(|body| {
+            let heights = self.heights(body, &above, dt, first, run, grading);
+            BodySizes { nr: striker_nr, layers: layer_sizes(body.back, &heights), heights }
         });
         let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
         let most = (MAX_NUMBERS / self.model.numbers_per_node(None) as f64).min(MAX_NODES);
@@ -245,7 +256,7 @@ impl Parameters {
     ///
     /// * `outer`: where the mesh of the target ends \[R\]
     pub(super) fn columns(&self, outer: f64, growth: &Growth) -> (Vec<f64>, [usize; 2]) {
-        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
+        let striker = self.indenter.rim();
         // the first width is that of a cell about the axis, half of which is on either side
         let (mut widths, mut nodes) = (vec![growth.first], [0; 2]);
         let mut ends = [(self.target.radius, 0), (striker, 1)];
@@ -271,18 +282,6 @@ impl Parameters {
             widths.push(widths[widths.len() - 1]);
         }
         (widths, nodes)
-    }
-
-    /// Rows of the layers of a body.
-    fn layer_sizes(&self, body: &Target, heights: &[Vec<f64>]) -> Vec<LayerSizes> {
-        let overhang = |number: usize| if number + 1 == heights.len() { body.back.overhang() } else { 0.0 };
-        let sizes = |(number, heights): (usize, &Vec<f64>)| LayerSizes {
-            steps: heights.len(),
-            overhang: overhang(number),
-            dz: heights[0],
-            speed_change: 0.0,
-        };
-        heights.iter().enumerate().map(sizes).collect()
     }
 
     /// Heights of the rows of every layer.

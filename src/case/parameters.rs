@@ -62,12 +62,15 @@ impl Parameters {
         self.indenter.radius.is_some_and(|radius| reach >= radius)
     }
 
+    /// A radius, or that of a rim inside it \[R\].
+    pub(super) fn within_rims(&self, radius: f64) -> f64 {
+        self.target.radius.into_iter().chain(self.indenter.rim()).fold(radius, f64::min)
+    }
+
     /// Estimated largest contact radius \[R\]: what the depth V0·t reaches, of a ball of finite mass no more than by Hertz, `a² = ρw`.
     pub(crate) fn likely_radius(&self) -> f64 {
         let (velocity, mass) = (self.impact.velocity, self.indenter.mass);
-        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
-        let ends = self.target.radius.into_iter().chain(striker);
-        let reach = ends.fold(self.shape().reach(velocity * self.run.end_time), f64::min);
+        let reach = self.within_rims(self.shape().reach(velocity * self.run.end_time));
         match self.indenter.head {
             Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }
                 if self.geometry == Geometry::Axisymmetric =>
@@ -562,6 +565,11 @@ impl BodySizes {
 }
 
 impl Body {
+    /// Radius of the rim of one that gives \[R\].
+    pub(super) fn rim(&self) -> Option<f64> {
+        self.striker.as_ref()?.body.radius
+    }
+
     /// The shape.
     pub fn shape(&self) -> Shape {
         Shape::new(self.head.clone(), self.radius)

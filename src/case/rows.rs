@@ -74,8 +74,8 @@ pub(super) fn lateral_speed(model: ModelKind, layers: &[TargetLayer], rows: &[La
 }
 
 /// The same with the speeds that layers are given.
-pub(super) fn fastest(model: ModelKind, layers: &[TargetLayer]) -> f64 {
-    let speeds = layers.iter().map(|layer| layer.lateral_speed(model, layer.wave_speed));
+pub(super) fn fastest<'a>(model: ModelKind, layers: impl IntoIterator<Item = &'a TargetLayer>) -> f64 {
+    let speeds = layers.into_iter().map(|layer| layer.lateral_speed(model, layer.wave_speed));
     speeds.fold(0.0, f64::max)
 }
 

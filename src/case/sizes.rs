@@ -236,9 +236,7 @@ impl Parameters {
     pub(super) fn contact_reach(&self, dr: f64, dt: f64, steps: f64) -> f64 {
         let shape = self.indenter.shape();
         let step = self.impact.velocity * dt;
-        let reach = (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius());
-        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
-        self.target.radius.into_iter().chain(striker).fold(reach, f64::min)
+        self.within_rims((shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius()))
     }
 
     /// Outer radius of the mesh \[R\]: so large that no wave arrives there, whatever is recorded.
@@ -265,7 +263,7 @@ impl Parameters {
         reach: f64,
         dr: f64,
     ) -> Option<f64> {
-        let striker = self.indenter.striker.as_ref().and_then(|striker| striker.body.radius);
+        let striker = self.indenter.rim();
         let bodies = [("target.radius", self.target.radius), ("indenter.body.radius", striker)];
         for (name, radius) in bodies {
             if radius.is_some_and(|radius| radius < FEWEST_COLUMNS * dr) {

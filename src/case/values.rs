@@ -114,7 +114,7 @@ impl<'d> Values<'d> {
         for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
             values.read_section(&LAYER, &format!("target.layer.{number}"), layer);
         }
-        if let Some([body, back]) = body {
+        if let Some((body, back)) = body {
             values.read_body(body, back);
         }
         Ok(values)
@@ -137,7 +137,7 @@ impl<'d> Values<'d> {
     }
 
     /// The table of the body of an indenter that gives, and that of its back, if it has one.
-    fn take_body(&mut self, indenter: &mut DeTable<'d>) -> Option<[Option<DeTable<'d>>; 2]> {
+    fn take_body(&mut self, indenter: &mut DeTable<'d>) -> Option<(DeTable<'d>, Option<DeTable<'d>>)> {
         let value = indenter.get("body")?;
         let DeValue::Table(body) = value.get_ref() else { return None };
         self.places.insert(BODY.path.into(), value.span());
@@ -154,12 +154,11 @@ impl<'d> Values<'d> {
                 }
             }
         });
-        Some([Some(body), back])
+        Some((body, back))
     }
 
     /// Reads the body of an indenter that gives.
-    fn read_body(&mut self, body: Option<DeTable<'d>>, back: Option<DeTable<'d>>) {
-        let mut body = body.unwrap_or_default();
+    fn read_body(&mut self, mut body: DeTable<'d>, back: Option<DeTable<'d>>) {
         if self.model == ModelKind::Rakhmatulin {
             let message = "`indenter.body` needs model = \"elastic\"";
             self.problem(BODY.path, message, "leave the key out, or set the model");
