@@ -2,7 +2,10 @@
 //!
 //! Materials have one axis of symmetry, z; most are alike in all directions. Waves are what counts, so presets are given by measured
 //! speeds of longitudinal and shear waves in bulk where a handbook has them, else by Young's modulus and Poisson's ratio. Real materials differ from sample to sample by some per cent, polymers by
-//! more: measured values of the material at hand are better than any of these.
+//! more: measured values of the material at hand are better than any of these. So it is with strengths, which depend on the grade more than
+//! moduli do: a preset has those of a grade that is named with them, where a standard or a data sheet gives them. They change no result.
+
+use serde::Serialize;
 
 /// The target material: speeds relative to `c_p`, and SI values where they are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +103,42 @@ struct Anisotropy {
     lateral: f64,
     coupled: f64,
     plane: f64,
+}
+
+/// Strengths of a material, as far as they are known \[Pa\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Strengths {
+    /// Stress at which it yields, in a tensile test; that of a polymer in compression.
+    pub yield_strength: Option<f64>,
+    /// Tension at which it breaks.
+    pub tensile_strength: Option<f64>,
+    /// Compression at which it breaks, in a test of a cylinder.
+    pub compressive_strength: Option<f64>,
+}
+
+/// Names of the strengths of a material.
+pub const STRENGTHS: [&str; 3] = ["yield_strength", "tensile_strength", "compressive_strength"];
+
+impl Strengths {
+    /// * `of`: one of [`STRENGTHS`] by its name
+    pub fn new(of: impl Fn(&str) -> Option<f64>) -> Self {
+        let [yield_strength, tensile_strength, compressive_strength] = STRENGTHS.map(of);
+        Self { yield_strength, tensile_strength, compressive_strength }
+    }
+
+    /// All of them, in the order of [`STRENGTHS`].
+    pub fn all(&self) -> [Option<f64>; 3] {
+        [self.yield_strength, self.tensile_strength, self.compressive_strength]
+    }
+}
+
+/// Strength of the bond of two layers \[Pa\].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BondStrength {
+    /// Tension across the interface, may be infinite.
+    pub normal: f64,
+    /// Shear stress along it, may be infinite.
+    pub shear: f64,
 }
 
 /// Why elastic constants are invalid.
@@ -282,6 +321,10 @@ pub struct Preset {
     constants: Constants,
     /// Where the values are from.
     pub source: &'static str,
+    /// Strengths of a grade.
+    pub strengths: Strengths,
+    /// The grade, and where its strengths are from.
+    pub grade: &'static str,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -305,46 +348,75 @@ const CARBON: &str = "T300/5208 quasi-isotropic, homogenised from its ply (Tsai 
 const GLASS: &str =
     "Scotchply 1002 cross-ply, homogenised from its ply (Tsai & Hahn 1980; ν_23 = 0.45), mean of directions";
 
+/// Medians of sintered α-alumina of 99.5 %.
+const MUNRO: &str = "99.5 %: Munro, J. Am. Ceram. Soc. 80 (1997) 1919";
+/// Lower 5 % of bending tests on annealed glass.
+const FLOAT: &str = "float, bending: EN 572-1; compression: data sheets of Saint-Gobain, AGC";
+/// Tension at break by ISO 527, yield stress in compression by ISO 604.
+const CAST: &str = "cast Plexiglas GS: Röhm 211-1";
+
 const fn speeds(name: &'static str, density: f64, c_p: f64, c_s: f64) -> Preset {
-    Preset { name, density, constants: Constants::Speeds(c_p, c_s), source: CRC }
+    plain(name, density, Constants::Speeds(c_p, c_s), CRC)
 }
 
 const fn young(name: &'static str, density: f64, e: f64, nu: f64, source: &'static str) -> Preset {
-    Preset { name, density, constants: Constants::Young(e, nu), source }
+    plain(name, density, Constants::Young(e, nu), source)
 }
 
 const fn laminate(name: &'static str, density: f64, stiffness: [f64; 5], source: &'static str) -> Preset {
-    Preset { name, density, constants: Constants::Transverse(stiffness), source }
+    plain(name, density, Constants::Transverse(stiffness), source)
+}
+
+/// A preset without strengths.
+const fn plain(name: &'static str, density: f64, constants: Constants, source: &'static str) -> Preset {
+    let strengths = Strengths { yield_strength: None, tensile_strength: None, compressive_strength: None };
+    Preset { name, density, constants, source, strengths, grade: "" }
 }
 
 /// All presets, by name.
 pub const PRESETS: [Preset; 22] = [
-    young("alumina", 3900.0, 370e9, 0.22, TYPICAL),
-    speeds("aluminium", 2700.0, 6420.0, 3040.0),
+    young("alumina", 3900.0, 370e9, 0.22, TYPICAL).breaks(267e6, 3e9, MUNRO),
+    speeds("aluminium", 2700.0, 6420.0, 3040.0).yields(240e6, 290e6, "6061-T6: ASTM B209"),
     speeds("brass", 8600.0, 4700.0, 2110.0),
     laminate("carbon-epoxy", 1600.0, [78.81e9, 13.07e9, 5.648e9, 4.750e9, 26.88e9], CARBON),
     speeds("copper", 8930.0, 5010.0, 2270.0),
     young("epoxy", 1200.0, 3.5e9, 0.35, TYPICAL),
-    speeds("fused-silica", 2200.0, 5968.0, 3764.0),
-    young("glass", 2500.0, 71.3e9, 0.22, KAYE_LABY),
+    speeds("fused-silica", 2200.0, 5968.0, 3764.0).breaks(48e6, 1.1e9, "data sheet of GE 124"),
+    young("glass", 2500.0, 71.3e9, 0.22, KAYE_LABY).breaks(45e6, 1e9, FLOAT),
     laminate("glass-epoxy", 1800.0, [22.42e9, 10.79e9, 4.606e9, 3.377e9, 7.469e9], GLASS),
     speeds("iron", 7850.0, 5960.0, 3240.0),
     speeds("lead", 11_340.0, 1960.0, 690.0),
     speeds("nylon", 1110.0, 2620.0, 1070.0),
-    speeds("pmma", 1180.0, 2680.0, 1100.0),
+    speeds("pmma", 1180.0, 2680.0, 1100.0).breaks(80e6, 110e6, CAST).yields(110e6, 80e6, CAST),
     speeds("polyethylene", 900.0, 1950.0, 540.0),
     speeds("polystyrene", 1060.0, 2350.0, 1120.0),
     // G = 0.47 GPa, K = 2 GPa
     young("pvb", 1100.0, 1.31e9, 0.391, "typical at impact rates, glassy"),
     speeds("pyrex", 2320.0, 5640.0, 3280.0),
     young("silicon-carbide", 3100.0, 410e9, 0.14, TYPICAL),
-    speeds("stainless-steel", 7900.0, 5790.0, 3100.0),
-    young("steel", 7850.0, 211.9e9, 0.291, KAYE_LABY),
-    speeds("titanium", 4500.0, 6070.0, 3125.0),
+    speeds("stainless-steel", 7900.0, 5790.0, 3100.0).yields(205e6, 515e6, "304: ASTM A240"),
+    young("steel", 7850.0, 211.9e9, 0.291, KAYE_LABY).yields(355e6, 470e6, "S355: EN 10025-2"),
+    speeds("titanium", 4500.0, 6070.0, 3125.0).yields(275e6, 345e6, "grade 2: ASTM B265"),
     speeds("tungsten-carbide", 13_800.0, 6655.0, 3980.0),
 ];
 
 impl Preset {
+    /// That of a grade that yields.
+    const fn yields(self, at: f64, tensile: f64, grade: &'static str) -> Self {
+        let (yield_strength, tensile_strength) = (Some(at), Some(tensile));
+        Self { strengths: Strengths { yield_strength, tensile_strength, ..self.strengths }, grade, ..self }
+    }
+
+    /// That of a grade that breaks, in tension and in compression.
+    const fn breaks(self, tensile: f64, compressive: f64, grade: &'static str) -> Self {
+        let (tensile_strength, compressive_strength) = (Some(tensile), Some(compressive));
+        Self {
+            strengths: Strengths { tensile_strength, compressive_strength, ..self.strengths },
+            grade,
+            ..self
+        }
+    }
+
     /// The preset of a name; upper and lower case, and `aluminum`, are the same.
     pub fn find(name: &str) -> Option<&'static Self> {
         let name = name.to_lowercase();
@@ -448,6 +520,10 @@ mod tests {
             let (moduli, ratios) = preset.elastic().engineering();
             assert!(ratios.iter().all(|nu| *nu > 0.0 && *nu < 0.5), "{}: {ratios:?}", preset.name);
             assert!(moduli.iter().all(|e| *e > 1e8 && *e < 1e12), "{}: {moduli:?}", preset.name);
+            // of strengths it is said whose they are; none is above a thirtieth of a modulus
+            let known: Vec<f64> = preset.strengths.all().into_iter().flatten().collect();
+            assert_eq!(known.is_empty(), preset.grade.is_empty(), "{}", preset.name);
+            assert!(known.iter().all(|strength| *strength > 1e7 && *strength < moduli[0] / 30.0));
             if let Constants::Speeds(longitudinal, shear) = preset.constants {
                 assert!((c_p / longitudinal - 1.0).abs() < 1e-14 && (c_s / shear - 1.0).abs() < 1e-14);
             }

@@ -38,6 +38,8 @@ pub(super) enum Kind {
     Line,
     /// The name of a material, or the table of its constants.
     Material,
+    /// A table with the keys of this section.
+    Table(&'static Section),
     /// The name of a material.
     Preset,
     /// A list of tables.
@@ -121,6 +123,11 @@ pub(super) struct Section {
 }
 
 impl Section {
+    /// The system of its numbers: constants of materials are in SI units.
+    pub fn system(&self, case: System) -> System {
+        if [MATERIAL.path, BOND_STRENGTH.path].contains(&self.path) { System::si() } else { case }
+    }
+
     /// Names of its keys, each once.
     pub fn names(&self) -> Vec<&'static str> {
         let mut names: Vec<&str> = self.keys.iter().map(|key| key.name).collect();
@@ -139,6 +146,8 @@ pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
 pub(super) const DEPTH: Kind = Kind::Quantity(Length, Bounds::within(-HUGE, HUGE));
 /// SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
+/// Strengths of bonds.
+const STRENGTH: Bounds = Bounds::above(0.0, 1e30).or_infinite();
 /// Of either sign.
 const ANY: Bounds = Bounds::within(-1e30, 1e30);
 /// The unit of length \[m\]: scales that follow from it are far from overflow.
@@ -209,7 +218,19 @@ pub(super) const LAYER: Section = Section {
         key("bond", Kind::Name(&["welded", "sliding"])).default("\"welded\"").means(
             "to the layer above, from the second layer on; sliding passes no shear stress and needs `model = \"elastic\"`",
         ),
+        key("bond_strength", Kind::Table(&BOND_STRENGTH)).only(Who::Physical).means(
+            "of the bond to the layer above, `{ normal = …, shear = … }`, for measures: nothing breaks",
+        ),
         key("material", Kind::Material).only(Who::Physical).means("required in every layer"),
+    ],
+};
+
+/// The strength of a bond.
+pub(super) const BOND_STRENGTH: Section = Section {
+    path: "target.layer.bond_strength",
+    keys: &[
+        key("normal", Kind::Quantity(Stress, STRENGTH)).required().means("tension across the interface"),
+        key("shear", Kind::Quantity(Stress, STRENGTH)).required().means("shear stress along it"),
     ],
 };
 
@@ -257,6 +278,11 @@ pub(super) const MATERIAL: Section = Section {
             .means("strain along r under stress along z, over that along z, with the other sign"),
         key("G_rz", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the r–z plane"),
         key("density", Kind::Quantity(Density, POSITIVE)).required().means("density"),
+        key("yield_strength", Kind::Quantity(Stress, POSITIVE))
+            .left_out("none; of a name that of its grade, in `percuss materials`")
+            .means("for measures and estimates, as those below: the theory is linear, nothing yields"),
+        key("tensile_strength", Kind::Quantity(Stress, POSITIVE)).left_out("likewise").means("tension at break"),
+        key("compressive_strength", Kind::Quantity(Stress, POSITIVE)).left_out("likewise").means("compression at break"),
     ],
 };
 
@@ -518,6 +544,10 @@ impl Kind {
             }
             Self::Line => "{ r = a radius } along z or { z = a depth } along r".into(),
             Self::Material => "the name of a material, or a table of constants".into(),
+            Self::Table(section) => {
+                let keys: Vec<String> = section.names().iter().map(|name| format!("{name} = …")).collect();
+                format!("a table, {{ {} }}", keys.join(", "))
+            }
             Self::Preset => "the name of a material".into(),
             Self::Tables => "a list of tables".into(),
         }
@@ -536,7 +566,7 @@ impl Kind {
 ///
 /// * `heading`: of the section, `target.layer`
 pub fn guide(heading: &str) -> Option<String> {
-    let mut sections = SECTIONS.iter().chain([&ROOT, &LAYER, &MATERIAL, &BODY, &BODY_BACK]);
+    let mut sections = SECTIONS.iter().chain([&ROOT, &LAYER, &BOND_STRENGTH, &MATERIAL, &BODY, &BODY_BACK]);
     let section = sections.find(|section| section.path == heading)?;
     let mut text =
         "| Key | Unit | Range | Default | Meaning, and who may have it |\n|---|---|---|---|---|\n".to_owned();

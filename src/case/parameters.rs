@@ -11,7 +11,7 @@ use crate::{
     contact::Rule,
     geometry::Geometry,
     grid::{Back, Bond, Grid, MeshKind, Rim, Spacing},
-    material::{Elastic, Material, Preset, Stiffness, Waves},
+    material::{BondStrength, Elastic, Material, Preset, Stiffness, Strengths, Waves},
     model::{
         Field, Gauges, Line, ModelKind,
         scheme::{Corner, Order},
@@ -250,6 +250,10 @@ pub struct TargetLayer {
     pub stiffness: Stiffness,
     /// How it is joined to the layer above.
     pub bond: Bond,
+    /// What it bears; nothing computed depends on it.
+    pub strengths: Strengths,
+    /// What its bond to the layer above bears, if it is known.
+    pub bond_strength: Option<BondStrength>,
 }
 
 impl TargetLayer {
@@ -260,9 +264,11 @@ impl TargetLayer {
         model.lateral_speed(speed * self.stiffness.lateral.max(1.0).sqrt(), self.waves.shear)
     }
 
-    /// True if no wave sees where the layer above ends and this one begins.
+    /// True if no wave sees where the layer above ends and this one begins, and both bear as much as the bond.
     pub(super) fn continues(&self, above: &Self) -> bool {
         self.bond == Bond::Welded
+            && self.bond_strength.is_none()
+            && self.strengths == above.strengths
             && (self.density, self.wave_speed, self.waves, self.stiffness)
                 == (above.density, above.wave_speed, above.waves, above.stiffness)
     }

@@ -8,7 +8,7 @@ use toml::Value;
 
 use super::{
     Parameters,
-    keys::{BODY, BODY_BACK, Kind, LAYER, MATERIAL, ROOT, SECTIONS, Section},
+    keys::{BODY, BODY_BACK, BOND_STRENGTH, Kind, LAYER, MATERIAL, ROOT, SECTIONS, Section},
     system::{Numbers, System},
 };
 use crate::{grid::Back, units::Dimension};
@@ -48,7 +48,7 @@ fn written(value: &Value, kind: &Kind, system: &System) -> Value {
 impl Parameters {
     /// The values of a section that say something.
     fn section(&self, section: &Section, path: &str) -> Part {
-        let system = if section.path == MATERIAL.path { System::si() } else { self.system() };
+        let system = section.system(self.system());
         let has_body = self.resolved.contains_key("indenter.body.layer.1.thickness");
         let mut entries = Vec::new();
         for name in section.names() {
@@ -76,6 +76,10 @@ impl Parameters {
                 (_, None) if name == "material" => {
                     let is_there = self.resolved.contains_key(&format!("{full}.density"));
                     is_there.then(|| self.section(&MATERIAL, &full))
+                }
+                (_, None) if name == "bond_strength" => {
+                    let is_there = self.resolved.contains_key(&format!("{full}.normal"));
+                    is_there.then(|| self.section(&BOND_STRENGTH, &full))
                 }
                 // what stands for nothing
                 ("target.back", _) if self.target.back == Back::Rigid => None,

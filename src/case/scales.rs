@@ -13,7 +13,9 @@ use super::{
     values::{Values, join, text},
 };
 use crate::{
-    material::{ENGINEERING, Elastic, ISOTROPIC, MaterialError, Preset, STIFFNESS},
+    material::{
+        BondStrength, ENGINEERING, Elastic, ISOTROPIC, MaterialError, Preset, STIFFNESS, STRENGTHS, Strengths,
+    },
     model::ModelKind,
     units::{Dimension, Scales},
 };
@@ -122,7 +124,9 @@ impl<'d> Values<'d> {
         };
         let Some(name) = self.read_value(&kind, path, value, &System::si()) else { return };
         let Some(preset) = name.as_str().and_then(Preset::find) else { return };
-        let constants = preset.constants().into_iter().chain([("density", preset.density)]);
+        let strengths = STRENGTHS.into_iter().zip(preset.strengths.all());
+        let strengths = strengths.filter_map(|(key, strength)| Some((key, strength?)));
+        let constants = preset.constants().into_iter().chain([("density", preset.density)]).chain(strengths);
         self.checked.extend(constants.map(|(key, constant)| (join(path, key), Value::Float(constant))));
     }
 
@@ -151,5 +155,16 @@ impl<'d> Values<'d> {
     pub fn elastic(&self, path: &str) -> Option<Elastic> {
         let constant = |key: &str| self.number(&join(path, key));
         Elastic::new(constant, constant("density")?).ok()
+    }
+
+    /// Strengths of the material that has been read.
+    pub fn strengths(&self, path: &str) -> Strengths {
+        Strengths::new(|key| self.number(&join(path, key)))
+    }
+
+    /// The strength of a bond that has been read.
+    pub fn bond_strength(&self, path: &str) -> Option<BondStrength> {
+        let [normal, shear] = ["normal", "shear"].map(|key| self.number(&join(path, key)));
+        Some(BondStrength { normal: normal?, shear: shear? })
     }
 }

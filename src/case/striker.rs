@@ -67,7 +67,7 @@ fn whole(values: &Values<'_>, indenter: &Body, radius: f64) -> Option<TargetLaye
         values.refuse("indenter.body", ", but its mass is not known", help);
         return None;
     }
-    let layer = TargetLayer::of(preset.name.into(), preset.elastic(), &scales);
+    let layer = TargetLayer::of(preset, &scales);
     let area = match values.system.geometry {
         Geometry::Axisymmetric => radius * radius,
         Geometry::Plane => radius,

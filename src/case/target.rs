@@ -3,7 +3,7 @@
 use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, values::Values};
 use crate::{
     grid::{Back, Bond, Rim},
-    material::{Elastic, Material, PRESETS, Stiffness, Waves},
+    material::{Material, PRESETS, Preset, Stiffness, Waves},
     model::ModelKind,
     units::Scales,
 };
@@ -47,14 +47,16 @@ pub(super) fn layers(values: &mut Values<'_>, stack: &Stack<'_>) -> Option<Vec<T
     let (mut layers, mut struck) = (Vec::new(), stack.struck.cloned());
     for (i, path) in paths.into_iter().enumerate() {
         let constants = constants(values, (i, &path), struck.as_ref());
-        check_bond(values, &format!("{path}.bond"), i);
+        check_bond(values, &path, i);
         check_half_space(values, &format!("{path}.thickness"), i + 1 == count, stack.has_free_back);
         struck = struck.or_else(|| constants.clone());
         let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
         let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
+        let bond_strength = values.bond_strength(&format!("{path}.bond_strength"));
         layers.extend(constants.zip(thickness).map(|(layer, thickness)| TargetLayer {
             thickness,
             bond,
+            bond_strength,
             ..layer
         }));
     }
@@ -65,11 +67,12 @@ impl TargetLayer {
     /// A layer of a material, as thick as a half-space and welded.
     ///
     /// * `scales`: of the struck layer
-    pub(super) fn of(name: String, si: Elastic, scales: &Scales) -> Self {
+    pub(super) fn of(preset: &Preset, scales: &Scales) -> Self {
+        let si = preset.elastic();
         let (c_p, c_s) = si.wave_speeds();
         let (density, wave_speed) = (si.density / scales.density, c_p / scales.speed);
         Self {
-            name,
+            name: preset.name.into(),
             thickness: None,
             si: Some(si),
             density,
@@ -77,6 +80,8 @@ impl TargetLayer {
             waves: Waves { impedance: density * wave_speed, shear: c_s / scales.speed },
             stiffness: si.stiffness(),
             bond: Bond::Welded,
+            strengths: preset.strengths,
+            bond_strength: None,
         }
     }
 }
@@ -155,6 +160,8 @@ fn constants(
         waves: Waves { impedance: density * wave_speed, shear },
         stiffness,
         bond: Bond::Welded,
+        strengths: values.strengths(&material),
+        bond_strength: None,
     })
 }
 
@@ -185,12 +192,15 @@ fn check_ratio(values: &Values<'_>, name: &str, ratio: f64) {
 
 /// Notes a bond that is not possible.
 ///
+/// * `path`: of the layer
 /// * `above`: number of layers above
-fn check_bond(values: &Values<'_>, name: &str, above: usize) {
-    if above == 0 && values.is_given(name) {
+fn check_bond(values: &Values<'_>, path: &str, above: usize) {
+    let [name, strength] = &["bond", "bond_strength"].map(|key| format!("{path}.{key}"));
+    for name in [name, strength].into_iter().filter(|name| above == 0 && values.is_given(name)) {
         let message = format!("`{name}` is given, but nothing is above the first layer");
         values.problem(name, message, "leave the key out");
-    } else if values.get(name) == Some(Bond::Sliding) && values.model == ModelKind::Rakhmatulin {
+    }
+    if above > 0 && values.get(name) == Some(Bond::Sliding) && values.model == ModelKind::Rakhmatulin {
         let message = format!("`{name}` = \"sliding\" needs model = \"elastic\"");
         let help = "leave the key out: the simplified theory has no displacements along the layers";
         values.problem(name, message, help);

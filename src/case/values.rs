@@ -17,8 +17,8 @@ use super::{
     document::{Document, Span},
     errors::is_alike,
     keys::{
-        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MATERIAL, MAX_LAYERS, ROOT, SECTIONS,
-        SHAPES, SIZE, Section, Who,
+        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE,
+        Section, Who,
     },
     system::{Numbers, System},
 };
@@ -217,7 +217,7 @@ impl<'d> Values<'d> {
 
     /// Reads the keys of a section, and completes it.
     pub fn read_section(&mut self, section: &Section, path: &str, table: DeTable<'d>) {
-        let system = if section.path == MATERIAL.path { System::si() } else { self.system };
+        let system = section.system(self.system);
         for (key, value) in &table {
             self.places.insert(join(path, key.get_ref()), value.span());
         }
@@ -321,6 +321,11 @@ impl<'d> Values<'d> {
                 if system.numbers != Numbers::Unclear {
                     self.read_material(name, value);
                 }
+                return None;
+            }
+            (Kind::Table(section), Some(Value::Table(_))) => {
+                let DeValue::Table(table) = value.get_ref() else { return None };
+                self.read_section(section, name, table.clone());
                 return None;
             }
             (Kind::Preset, Some(Value::String(text))) => {

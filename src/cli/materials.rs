@@ -12,14 +12,15 @@ Examples:
   percuss materials
   percuss run ball --set target.material=glass
 
-Real materials differ by some per cent from sample to sample, polymers by more. A table gives the values of the one \
-at hand:
+Real materials differ by some per cent from sample to sample, polymers by more, and strengths are those of one grade: \
+stress at yield, tension and compression at break. A table gives the values of the one at hand:
   [target.material]
   youngs_modulus = \"211 GPa\"
   poisson_ratio = 0.29
-  density = \"7.85 g/cm3\"";
+  density = \"7.85 g/cm3\"
+  yield_strength = \"355 MPa\"";
 
-/// Lists the materials that cases can name, with wave speeds and sources.
+/// Lists the materials that cases can name, with wave speeds, strengths and sources.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Materials {
@@ -58,6 +59,8 @@ fn json(rows: &[Row]) -> String {
             "poisson_ratio": nu_zr,
             "lateral_poisson_ratio": nu_rt,
             "source": preset.source,
+            "strengths": preset.strengths,
+            "grade": preset.grade,
         })
     };
     let materials: Vec<_> = rows.iter().map(entry).collect();
@@ -66,21 +69,33 @@ fn json(rows: &[Row]) -> String {
 
 fn table(rows: &[Row]) -> String {
     let mut text = format!(
-        "{:<17} {:>13} {:>10} {:>10} {:>7} {:>8} {:>6}  source\n",
-        "material", "density kg/m³", "c_p m/s", "c_s m/s", "c_s/c_p", "E GPa", "ν"
+        "{:<17} {:>13} {:>10} {:>10} {:>7} {:>8} {:>6} {:>9} {:>11} {:>15}  source; grade of the strengths\n",
+        "material",
+        "density kg/m³",
+        "c_p m/s",
+        "c_s m/s",
+        "c_s/c_p",
+        "E GPa",
+        "ν",
+        "yield MPa",
+        "tension MPa",
+        "compression MPa"
     );
     for (preset, elastic) in rows {
-        let Preset { name, density, source, .. } = preset;
+        let Preset { name, density, source, grade, .. } = preset;
         let ((c_p, c_s), ([e_r, e], [nu_rt, nu])) = (elastic.wave_speeds(), elastic.engineering());
         let (ratio, e) = (c_s / c_p, e / 1e9);
+        let strength = |strength: Option<f64>| strength.map_or("-".into(), |pa| format!("{:.0}", pa / 1e6));
+        let [y, tension, compression] = preset.strengths.all().map(strength);
+        let grade = if grade.is_empty() { String::new() } else { format!("; {grade}") };
         writeln!(
             text,
-            "{name:<17} {density:>13.0} {c_p:>10.0} {c_s:>10.0} {ratio:>7.3} {e:>8.1} {nu:>6.3}  {source}"
+            "{name:<17} {density:>13.0} {c_p:>10.0} {c_s:>10.0} {ratio:>7.3} {e:>8.1} {nu:>6.3} {y:>9} {tension:>11} {compression:>15}  {source}{grade}"
         )
         .expect("a String grows");
         if !elastic.stiffness().is_isotropic() {
             let (lateral, e) = (elastic.lateral_speed(), e_r / 1e9);
-            writeln!(text, "{:<31} {lateral:>10.0} {:>18} {e:>8.1} {nu_rt:>6.3}  along r", "", "")
+            writeln!(text, "{:<31} {lateral:>10.0} {:>18} {e:>8.1} {nu_rt:>6.3} {:>37}  along r", "", "", "")
                 .expect("a String grows");
         }
     }
