@@ -18,6 +18,9 @@ use percuss_table::units;
 
 use crate::geometry::Geometry;
 
+/// Standard acceleration of free fall g \[m/s²\]: 3rd General Conference on Weights and Measures, 1901.
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
 /// Physical dimension of a number in a case or recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {

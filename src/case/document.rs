@@ -116,7 +116,7 @@ impl Document {
                 }
             }
             let part = moved_table(part.into_inner(), source.start);
-            replace_mesh(&mut table, &part);
+            replace(&mut table, &part);
             merge(&mut table, part);
         }
         Ok(table)
@@ -164,6 +164,14 @@ impl Document {
     }
 }
 
+/// The text of a value in a table.
+pub(super) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Option<&'a str> {
+    match table.get(key)?.get_ref() {
+        DeValue::String(text) => Some(text),
+        _ => None,
+    }
+}
+
 /// A table whose spans count from further on.
 fn moved_table(table: DeTable<'_>, by: usize) -> DeTable<'_> {
     if by == 0 {
@@ -189,17 +197,40 @@ fn moved<T>(given: Spanned<T>, by: usize) -> Spanned<T> {
     Spanned::new(span.start + by..span.end + by, given.into_inner())
 }
 
-/// Takes what says how fine a mesh is out of `table` if `later` says it in the other way.
-fn replace_mesh(table: &mut DeTable<'_>, later: &DeTable<'_>) {
-    let Some(DeValue::Table(later)) = later.get("mesh").map(Spanned::get_ref) else { return };
-    let Some(DeValue::Table(mesh)) = table.get_mut("mesh").map(Spanned::get_mut) else { return };
-    let replaced: &[&str] = match later {
-        later if later.contains_key("cells") => &GRADED,
-        later if later.contains_key(GRADED[0]) => &["cells"],
-        _ => &[],
-    };
-    for key in replaced.iter().filter(|key| !later.contains_key(**key)) {
-        mesh.remove(*key);
+/// Keys whose place another key takes if a later text has it: its section, it, and they.
+///
+/// * `shape`: of the indenter
+fn replaced(shape: &str) -> [(&'static str, &'static str, &'static [&'static str]); 6] {
+    // a ball of another diameter is a whole one
+    let size: &[&str] = if shape == "sphere" { &["nose_radius", "radius"] } else { &["radius"] };
+    [
+        ("mesh", "cells", &GRADED),
+        ("mesh", GRADED[0], &["cells"]),
+        ("impact", "velocity", &["drop"]),
+        ("impact", "drop", &["velocity"]),
+        ("indenter", "diameter", size),
+        ("indenter", size[0], &["diameter"]),
+    ]
+}
+
+/// A section of a table.
+fn section<'a, 't>(table: &'a DeTable<'t>, name: &str) -> Option<&'a DeTable<'t>> {
+    match table.get(name)?.get_ref() {
+        DeValue::Table(section) => Some(section),
+        _ => None,
+    }
+}
+
+/// Takes out of `table` what `later` says in another way.
+fn replace(table: &mut DeTable<'_>, later: &DeTable<'_>) {
+    let shape = |table| text(section(table, "indenter")?, "shape");
+    let shape = shape(later).or_else(|| shape(table)).unwrap_or_default().to_owned();
+    for (name, key, others) in replaced(&shape) {
+        let Some(later) = section(later, name).filter(|later| later.contains_key(key)) else { continue };
+        let Some(DeValue::Table(earlier)) = table.get_mut(name).map(Spanned::get_mut) else { continue };
+        for other in others.iter().filter(|other| !later.contains_key(**other)) {
+            earlier.remove(*other);
+        }
     }
 }
 

@@ -21,6 +21,12 @@ use crate::{
 /// * `folder`: of relative paths
 pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
     check_rule(values);
+    if let Some(diameter) =
+        values.checked.remove("indenter.diameter").and_then(|diameter| diameter.as_float())
+    {
+        let key = if values.shape.as_deref() == Some("sphere") { "nose_radius" } else { "radius" };
+        values.set(&format!("indenter.{key}"), 0.5 * diameter);
+    }
     let radius = values.number("indenter.radius");
     let head = head(values, radius, folder);
     let material = values.get::<String>("indenter.material").and_then(|name| Preset::find(&name));
@@ -69,7 +75,9 @@ fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<H
     let nose_radius = values.number("indenter.nose_radius");
     match values.shape.as_deref()? {
         "flat" => {
-            values.need("indenter.radius", "a flat punch has a radius");
+            if !values.is_given("indenter.diameter") {
+                values.need("indenter.radius", "a flat punch has a radius");
+            }
             let edge_radius = values.number("indenter.edge_radius")?;
             if edge_radius > radius? {
                 let radius = values.system.written(Dimension::Length, radius?);
@@ -83,7 +91,9 @@ fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<H
             Some(Head::Paraboloid { nose_radius: nose_radius? })
         }
         "sphere" => {
-            values.need("indenter.nose_radius", "radius ρ of the sphere");
+            if !values.is_given("indenter.diameter") {
+                values.need("indenter.nose_radius", "radius ρ of the sphere; or diameter");
+            }
             if radius.is_some_and(|radius| nose_radius.is_some_and(|nose_radius| radius > nose_radius)) {
                 let rho = values.system.written(Dimension::Length, nose_radius?);
                 let help = format!("allowed: at most {rho}, or leave it out for the whole sphere");

@@ -179,6 +179,7 @@ const VIEWS: [&str; 6] = ["field", "image", "scene", "fronts", "tf", "profile"];
 const RAKHMATULIN: Who = Who::Model(ModelKind::Rakhmatulin);
 const ELASTIC: Who = Who::Model(ModelKind::Elastic);
 const CONE: Who = Who::Shapes(&["cone"]);
+const SPHERE: Who = Who::Shapes(&["sphere"]);
 const PROFILE: Who = Who::Shapes(&["profile"]);
 
 /// The top level.
@@ -323,6 +324,14 @@ pub(super) const SECTIONS: [Section; 6] = [
             key("radius", Kind::Quantity(Length, SIZE))
                 .left_out("unbounded; sphere: whole; profile: last point")
                 .means("radius of the body; required by flat; at most `nose_radius` of a sphere"),
+            key("diameter", Kind::Quantity(Length, SIZE))
+                .only(SPHERE)
+                .not_beside(&["nose_radius"])
+                .means("2ρ, in place of `nose_radius`; in `--set` and `--vary` either takes the place of the other"),
+            key("diameter", Kind::Quantity(Length, SIZE))
+                .only(Who::Shapes(&["flat", "paraboloid", "cone", "profile"]))
+                .not_beside(&["radius"])
+                .means("of the body, in place of `radius`; likewise"),
             key("edge_radius", Kind::Quantity(Length, FROM_ZERO))
                 .default("0.0")
                 .only(Who::Shapes(&["flat"]))
@@ -375,7 +384,15 @@ pub(super) const SECTIONS: [Section; 6] = [
                 .only(Who::Dimensionless)
                 .means("V0"),
             // c_p is no velocity that anybody means
-            key("velocity", Kind::Quantity(Speed, SIZE)).required().only(Who::Physical).means("V0"),
+            key("velocity", Kind::Quantity(Speed, SIZE))
+                .left_out("required, or `drop`")
+                .only(Who::Physical)
+                .not_beside(&["drop"])
+                .means("V0"),
+            key("drop", Kind::Quantity(Length, Bounds::within(TINY * TINY, HUGE * HUGE))).only(Who::Physical).means(
+                "height h of a fall, V0 = √(2gh) with g = 9.80665 m/s², in place of `velocity`; in `--set` and `--vary` either \
+                 takes the place of the other",
+            ),
             key("contact", Kind::Name(&["unilateral", "bilateral", "prescribed"]))
                 .default("\"unilateral\"")
                 .means(

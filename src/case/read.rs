@@ -6,14 +6,18 @@ use super::{
     Body, Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Sizes, Target,
     bounds::Bounds,
     document::Document,
-    gauges, grading, indenter, striker, target,
+    gauges, grading, indenter,
+    keys::SIZE,
+    striker,
+    system::Numbers,
+    target,
     values::{Checked, Values},
 };
 use crate::{
     geometry::Geometry,
     grid::MeshKind,
     model::{Field, ModelKind, elastic},
-    units::Dimension,
+    units::{Dimension, STANDARD_GRAVITY},
 };
 
 /// Default of `record.layer_tension` \[Z·V0 of the struck layer\].
@@ -33,6 +37,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let profile = values.get::<String>("indenter.file").map(|file| given.folder.join(file));
     check_title(&mut values, &given.name);
     let target = target::target(&mut values);
+    fall(&mut values);
     let mut indenter = indenter::indenter(&mut values, &given.folder);
     if let (Some(indenter), Some(target)) = (&mut indenter, &target) {
         indenter.striker = striker::striker(&mut values, indenter, target);
@@ -94,6 +99,27 @@ fn check_title(values: &mut Values<'_>, name: &str) {
             values.problem("title", message, format!("allowed: {LONGEST_TITLE} characters at most"));
         }
         Some(_) => {}
+    }
+}
+
+/// The velocity V0 = √(2gh) of a fall.
+fn fall(values: &mut Values<'_>) {
+    if values.system.numbers == Numbers::Physical && !values.is_given("impact.drop") {
+        values.need(
+            "impact.velocity",
+            "a speed such as \"5 m/s\"; or drop, the height of a fall, as \"0.5 m\"",
+        );
+    }
+    let height = values.checked.remove("impact.drop").and_then(|height| height.as_float());
+    let Some((height, scales)) = height.zip(values.system.scales) else { return };
+    let si = (2.0 * STANDARD_GRAVITY * scales.expand(Dimension::Length, height)).sqrt();
+    let velocity = scales.reduce(Dimension::Speed, si);
+    if SIZE.contain(velocity) {
+        values.set("impact.velocity", velocity);
+    } else {
+        let what = format!(", which makes V0 = {si:.4e} m/s");
+        let help = format!("allowed: V0 {}", SIZE.in_unit(scales.speed, "m/s"));
+        values.refuse("impact.drop", &what, &help);
     }
 }
 

@@ -6,11 +6,12 @@ use toml::{
 };
 
 use super::{
+    document::text,
     keys::{Kind, LENGTH_UNIT, MATERIAL},
     quantity,
     rows::LARGEST_CHANGE,
     system::{Numbers, System},
-    values::{Values, join, text},
+    values::{Values, join},
 };
 use crate::{
     material::{
@@ -70,7 +71,7 @@ impl<'d> Values<'d> {
 
     /// The unit of length of a physical case \[m\]: that of its indenter, else a key of its own.
     fn read_length_unit(&mut self, root: &mut DeTable<'d>, indenter: &DeTable<'_>) -> Option<f64> {
-        let own = ["radius", "nose_radius"].into_iter().find(|key| indenter.contains_key(*key));
+        let own = ["radius", "diameter", "nose_radius"].into_iter().find(|key| indenter.contains_key(*key));
         let given = root.remove("length_unit");
         if let Some(value) = &given {
             self.mark("length_unit", value.span());
@@ -85,7 +86,7 @@ impl<'d> Values<'d> {
             (Some(own), None) => {
                 let written = text(indenter, own)?;
                 let si = quantity::parse(written, Dimension::Length, self.system.geometry).ok();
-                let length = si.filter(|si| *si > 0.0)?;
+                let length = si.filter(|si| *si > 0.0)? / if own == "diameter" { 2.0 } else { 1.0 };
                 if !LENGTH_UNIT.contain(length) {
                     let message = format!("`indenter.{own}` = \"{written}\" cannot be the unit of length");
                     let help = format!("allowed: {}", LENGTH_UNIT.in_unit(1.0, "m"));

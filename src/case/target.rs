@@ -167,8 +167,15 @@ fn constants(
 
 /// Notes that the struck layer has neither a ratio of wave speeds nor a material.
 fn need_material(values: &Values<'_>, ratio: &str, material: &str) {
-    let lengths =
-        ["impact.velocity", "run.end_time", "indenter.radius", "indenter.nose_radius", "length_unit"];
+    let lengths = [
+        "impact.velocity",
+        "impact.drop",
+        "run.end_time",
+        "indenter.radius",
+        "indenter.diameter",
+        "indenter.nose_radius",
+        "length_unit",
+    ];
     if lengths.iter().any(|name| values.is_given(name) && values.written(name).starts_with(['"', '\''])) {
         let meaning = "the material of the target by name (`percuss materials` lists them) or with its constants as quantities";
         values.need(material, meaning);

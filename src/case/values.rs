@@ -14,7 +14,7 @@ use toml::{
 
 use super::{
     CaseErrors,
-    document::{Document, Span},
+    document::{Document, Span, text},
     errors::is_alike,
     keys::{
         Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE,
@@ -46,14 +46,6 @@ pub(super) struct Values<'d> {
     pub checked: Checked,
     /// Places of all keys that are given, refused or not, and of sections.
     places: BTreeMap<String, Span>,
-}
-
-/// The text of a value in a table.
-pub(super) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Option<&'a str> {
-    match table.get(key)?.get_ref() {
-        DeValue::String(text) => Some(text),
-        _ => None,
-    }
 }
 
 /// A value without the places inside.
