@@ -137,7 +137,7 @@ fn changed_speeds(case: &Case) -> Option<String> {
 
 /// The edge of a head that contact reaches and that is sharp, or as good as sharp on the mesh.
 fn sharp_edge(case: &Case) -> Option<String> {
-    let radius = case.indenter.radius.filter(|_| case.reaches_edge())?;
+    let radius = case.indenter.radius.filter(|_| case.load.is_none() && case.reaches_edge())?;
     // an edge over the rim of the target is none
     if case.target.radius.is_some_and(|rim| radius >= rim) {
         return None;
@@ -162,7 +162,7 @@ fn sharp_edge(case: &Case) -> Option<String> {
 fn first_fall(case: &Case) -> f64 {
     let radius = match case.impact.contact {
         Rule::Bilateral => case.shape().radius(),
-        Rule::Unilateral | Rule::Prescribed => case.shape().face_radius(),
+        Rule::Unilateral | Rule::Prescribed | Rule::Load => case.shape().face_radius(),
     };
     face_area(case, radius) * case.sizes.dt / case.indenter.mass
 }
@@ -216,9 +216,13 @@ fn large_strain(case: &Case, validity: &Validity) -> Option<String> {
     }
     let times = strain / STRAIN_LIMIT;
     let Units { length, time, speed, .. } = case.units();
-    let remedy = match validity.admissible_velocity() {
-        Some(velocity) => format!("V0 up to {:.4} {} keeps it", speed.of(velocity), speed.name),
-        None => "under a head that is not flat it falls more slowly than V0".into(),
+    let remedy = match (&case.load, validity.admissible_velocity()) {
+        (Some(load), _) => {
+            let force = case.units().force.text(load.force.largest() / times);
+            format!("forces up to {force} keep it")
+        }
+        (None, Some(velocity)) => format!("V0 up to {:.4} {} keeps it", speed.of(velocity), speed.name),
+        (None, None) => "under a head that is not flat it falls more slowly than V0".into(),
     };
     let [r, z] = [validity.strain.r, validity.strain.z].map(|x| length.text(x));
     let t = time.text(validity.strain.time);

@@ -8,7 +8,7 @@
 //! * `document`, `errors`: TOML text with spans; problems and their places
 //! * [`keys`]: the table of all keys: kind, range, default, which cases have it, meaning; `bounds`, `quantity`: of its numbers
 //! * `values`, `system`, `scales`: the loop that reads them, dimensionless or physical
-//! * `read`, `target`, `indenter`, `striker`, `profile`, `gauges`: rules between keys, as functions on the values, and the case made of them
+//! * `read`, `target`, `indenter`, `striker`, `load`, `profile`, `gauges`: rules between keys, as functions on the values, and the case made of them
 //! * `parameters`: the data of a case; `sizes`, `rows`, `frames`, `density`: what is derived
 //! * `resolved`: the values back to TOML, with nothing left implicit
 //!
@@ -30,6 +30,7 @@ mod gauges;
 mod grading;
 mod indenter;
 pub mod keys;
+mod load;
 mod parameters;
 mod profile;
 mod quantity;

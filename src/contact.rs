@@ -26,9 +26,11 @@ use crate::{
 
 mod depth;
 pub mod event;
+pub mod load;
 mod partial;
 mod turn;
 
+use load::{Load, Loaded};
 pub(crate) use partial::HALF_WIDTH;
 use partial::PartialContact;
 pub use turn::Turn;
@@ -43,6 +45,8 @@ pub enum Rule {
     Bilateral,
     /// The motion of the whole surface is given; \[KA\] Eq. 10.
     Prescribed,
+    /// No indenter: the pressure is given, see [`load`].
+    Load,
 }
 
 /// Result of one step of contact.
@@ -102,9 +106,22 @@ pub struct Contact {
     prescribed: Vec<(f64, f64)>,
     /// Radial weights of the pass over a prescribed motion, if there is one, see [`smoothed`].
     pass: Option<(Vec<f64>, Vec<f64>)>,
+    /// What presses in place of an indenter.
+    load: Option<Loaded>,
 }
 
 impl Contact {
+    /// No contact, but a load.
+    ///
+    /// * `shape`: a flat face of its radius
+    pub fn loaded(load: &Load, shape: Shape, grid: &Grid) -> Self {
+        let load = Loaded::new(load, grid);
+        let mut contact = Self::new(Rule::Load, shape, grid.geometry, grid, 0.0, 1.0);
+        contact.profile = vec![0.0; load.nodes()];
+        contact.load = Some(load);
+        contact
+    }
+
     /// A contact at t = 0: surface at rest, indenter touching it at r = 0 and moving with V0.
     ///
     /// * `velocity`: V0 \[c_p\]
@@ -122,7 +139,8 @@ impl Contact {
         let half_width = if rule == Rule::Bilateral { 0.0 } else { HALF_WIDTH * step };
         let slowness = velocity / wave_speed;
         let is_under_punch = |i: &usize| rule == Rule::Prescribed || shape.profile(grid.r(*i)).is_finite();
-        let partial: Vec<PartialContact> = (0..nr)
+        let touched = if rule == Rule::Load { 0 } else { nr };
+        let partial: Vec<PartialContact> = (0..touched)
             .take_while(is_under_punch)
             .map(|i| PartialContact::new(&shape, grid, i, half_width, slowness))
             .collect();
@@ -142,6 +160,7 @@ impl Contact {
             prescribed: vec![(0.0, 0.0); if rule == Rule::Prescribed { nr } else { 0 }],
             partial,
             pass: grid.cells_between_nodes.then(|| grid.radial_weights()),
+            load: None,
         }
     }
 
@@ -171,10 +190,13 @@ impl Contact {
     }
 
     /// Finds the pressure of step k, moves the indenter to level k+1 and the surface with it.
-    pub fn step(&mut self, surface: &mut Surface, indenter: &mut Indenter) -> ContactState {
-        match self.rule {
-            Rule::Unilateral | Rule::Bilateral => self.step_body(surface, indenter),
-            Rule::Prescribed => self.step_prescribed(surface, indenter),
+    ///
+    /// * `time`: t^k \[R/c_p\]
+    pub fn step(&mut self, surface: &mut Surface, indenter: &mut Indenter, time: f64) -> ContactState {
+        match (self.rule, &mut self.load) {
+            (_, Some(load)) => load.step(surface, &self.area, time),
+            (Rule::Prescribed, None) => self.step_prescribed(surface, indenter),
+            (_, None) => self.step_body(surface, indenter),
         }
     }
 
@@ -186,6 +208,9 @@ impl Contact {
     pub fn save(&self, out: &mut StateWriter<'_>) -> io::Result<()> {
         let in_contact: Vec<f64> = self.in_contact.iter().map(|is| f64::from(u8::from(*is))).collect();
         let [before, now]: [Vec<f64>; 2] = self.prescribed.iter().copied().unzip().into();
+        if let Some(load) = &self.load {
+            out.put(&load.motion)?;
+        }
         [&self.gap_before, &self.gap, &in_contact, &before, &now]
             .into_iter()
             .try_for_each(|array| out.numbers(array))
@@ -197,6 +222,9 @@ impl Contact {
     ///
     /// The stream cannot be read, or is that of another contact.
     pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        if let Some(load) = &mut self.load {
+            load.motion = from.get()?;
+        }
         let mut in_contact = vec![0.0; self.in_contact.len()];
         let [mut before, mut now] = [(); 2].map(|()| vec![0.0; self.prescribed.len()]);
         for array in [&mut self.gap_before, &mut self.gap, &mut in_contact, &mut before, &mut now] {
@@ -436,7 +464,7 @@ mod tests {
     fn first_step_has_half_the_jump_of_pressure() {
         let (mut contact, mut surface, mut indenter) =
             parts(Rule::Unilateral, Head::Flat { edge_radius: 0.0 }, Some(0.575), f64::INFINITY);
-        let state = contact.step(&mut surface, &mut indenter);
+        let state = contact.step(&mut surface, &mut indenter, 0.0);
         assert_eq!(state.nodes, 6);
         assert_eq!(state.contact_radius, 0.575);
         assert!((surface.pressure[0] - 0.5).abs() < 1e-15 && surface.pressure[6] == 0.0);
@@ -450,7 +478,7 @@ mod tests {
             let mass = 0.01;
             let (mut contact, mut surface, mut indenter) =
                 parts(rule, Head::Flat { edge_radius: 0.0 }, Some(0.575), mass);
-            let state = contact.step(&mut surface, &mut indenter);
+            let state = contact.step(&mut surface, &mut indenter, 0.0);
             // w¹ = V0·Δt − (Δt²/M)·F⁰ and p⁰ = w¹/(2Δt) hold together
             let depth = DT - DT * DT / mass * state.drag;
             assert!((indenter.depth() - depth).abs() < 1e-15);
@@ -464,7 +492,7 @@ mod tests {
         let (mut contact, mut surface, mut indenter) = parts(Rule::Unilateral, cone, None, f64::INFINITY);
         for nodes in [2, 4, 6] {
             // w grows by 0.1 per step and the profile by 0.05 per node, the first at 0.025
-            let state = contact.step(&mut surface, &mut indenter);
+            let state = contact.step(&mut surface, &mut indenter, 0.0);
             // the profile of a node is its mean over a hat
             assert!((state.contact_radius - 2.0 * state.depth).abs() < 0.02, "{state:?}");
             // partial contact begins up to one step and a half, and half a hat, before the node is reached
@@ -481,7 +509,7 @@ mod tests {
         let (mut contact, mut surface, mut indenter) =
             parts(Rule::Unilateral, Head::Profile(profile), None, f64::INFINITY);
         let mut ring = || {
-            contact.step(&mut surface, &mut indenter);
+            contact.step(&mut surface, &mut indenter, 0.0);
             surface.free.copy_from_slice(&surface.displacement);
             surface.pressure[3..9].to_vec()
         };
@@ -497,6 +525,6 @@ mod tests {
         let (mut contact, mut surface, mut indenter) =
             parts(Rule::Unilateral, Head::Flat { edge_radius: 0.0 }, Some(0.575), f64::INFINITY);
         surface.free[3] = f64::NAN;
-        assert!(contact.step(&mut surface, &mut indenter).drag.is_nan());
+        assert!(contact.step(&mut surface, &mut indenter, 0.0).drag.is_nan());
     }
 }

@@ -90,7 +90,7 @@ impl Measuring {
         let [r, z, when] = place;
         self.seen.measures(&Said {
             largest_strain: [Some(strain.value), r, z, when],
-            impact_velocity: Some(speed.of(validity.impact_velocity())),
+            impact_velocity: Some(speed.of(validity.impact_velocity())).filter(|velocity| *velocity > 0.0),
             mesh_loss: validity.mesh_loss,
             interfaces: validity
                 .interfaces

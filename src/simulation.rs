@@ -167,7 +167,10 @@ impl Simulation {
         let mass = striker.as_ref().map_or(case.indenter.mass, Striker::mass);
         let indenter = Indenter::new(mass, velocity, grid.dt());
         let rule = case.impact.contact;
-        let contact = Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed);
+        let contact = match &case.load {
+            Some(load) => Contact::loaded(load, case.shape(), &grid),
+            None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed),
+        };
         let contact = contact.limited_to(striker.as_ref().map_or(usize::MAX, Striker::columns));
         Self {
             surface: Surface::new(grid.nr()),
@@ -179,7 +182,7 @@ impl Simulation {
                 ..EnergyBalance::default()
             },
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
-            validity: Validity::new(velocity, case.indenter.head.is_flat()),
+            validity: Validity::new(velocity, case.indenter.head.is_flat() && case.load.is_none()),
             rebound: None,
             sheared: grid
                 .layers
@@ -245,7 +248,7 @@ impl Simulation {
         self.model.predict(&mut self.surface);
         let (contact, surface, indenter) = (&mut self.contact, &mut self.surface, &mut self.indenter);
         let state = match &mut self.striker {
-            None => contact.step(surface, indenter),
+            None => contact.step(surface, indenter, time),
             Some(striker) => striker.step(contact, surface, indenter),
         };
         if !state.drag.is_finite() {

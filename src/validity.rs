@@ -82,7 +82,7 @@ impl Validity {
         Self { velocity, is_flat, ..Self::default() }
     }
 
-    /// V0 of the impact \[c_p\].
+    /// V0 of the impact, 0 of a load \[c_p\].
     pub fn impact_velocity(&self) -> f64 {
         self.velocity
     }

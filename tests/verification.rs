@@ -33,6 +33,7 @@ mod hertz;
 mod layered_contact;
 mod layered_statics;
 mod layers;
+mod load;
 mod observer;
 mod one_dimensional;
 mod plane_flat_punch;

@@ -204,6 +204,9 @@ impl TheoryError {
 
 /// The estimates for a case of the simplified theory.
 fn errors(case: &Case) -> Result<Vec<TheoryError>, Unknown> {
+    if case.load.is_some() {
+        return Err("for loads nothing is measured");
+    }
     if case.geometry != Geometry::Axisymmetric {
         return Err("in plane geometry nothing is measured");
     }

@@ -40,13 +40,22 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
     let is_free = values.get("impact.contact") == Some(Rule::Unilateral);
     let is_physical = values.system.scales.is_some();
     let is_elastic = values.model == ModelKind::Elastic;
-    let by_default = is_elastic && is_physical && spreads && is_free && !values.is_given("mesh.cells");
+    let has_size = (spreads && is_free) || values.is_given("load.radius");
+    let by_default = is_elastic && is_physical && has_size && !values.is_given("mesh.cells");
     if by_default && !values.is_given("mesh.contact_cells") {
         values.set("mesh.contact_cells", CONTACT_CELLS);
     }
     if values.checked.contains_key("mesh.contact_cells") {
         if values.number("mesh.grading").is_none() {
             values.set("mesh.grading", RATIO);
+        }
+        if values.is_loaded && !values.is_given("load.radius") {
+            let what = " needs a load with a radius";
+            values.refuse(
+                "mesh.contact_cells",
+                what,
+                "give load.radius, or mesh.cells in place of contact_cells",
+            );
         }
         return;
     }
@@ -154,8 +163,11 @@ impl Parameters {
         }
     }
 
-    /// Time of contact by Hertz, if there is an estimate \[R/c_p\].
+    /// Time of contact by Hertz, if there is an estimate, or of the pulse of a load \[R/c_p\].
     fn contact_time(&self) -> Option<f64> {
+        if let Some(load) = &self.load {
+            return Some(load.force.duration()).filter(|duration| *duration > 0.0);
+        }
         let (Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) = self.indenter.head else {
             return None;
         };

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     model::{ModelKind, elastic, scheme},
-    units::Dimension::{self, Density, Length, Mass, Speed, Stress, Time},
+    units::Dimension::{self, Density, Force, Length, Mass, Speed, Stress, Time},
 };
 
 /// What the value of a key is.
@@ -32,8 +32,8 @@ pub(super) enum Kind {
     Thickness,
     /// A list, with a word for its elements and their largest number; of names, each at most once.
     List { of: &'static Self, noun: &'static str, most: usize },
-    /// A radius, and another length of this kind.
-    Pair(&'static Self),
+    /// Two values of these kinds.
+    Pair(&'static [Self; 2]),
     /// A line in the target, `{ r = … }` or `{ z = … }`.
     Line,
     /// The name of a material, or the table of its constants.
@@ -140,6 +140,9 @@ impl Section {
 pub(super) const SIZE: Bounds = Bounds::within(TINY, HUGE);
 /// Sizes, radii and depths.
 const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
+/// Times and forces of a table.
+const TIMES: Kind = Kind::Quantity(Time, Bounds::within(0.0, 1e12));
+const FORCES: Kind = Kind::Quantity(Force, ANY);
 /// Radii.
 pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
 /// Depths, in an indenter that gives negative.
@@ -160,6 +163,10 @@ pub(super) const GRADED: [&str; 5] =
 /// Largest number of layers.
 pub(super) const MAX_LAYERS: usize = 100;
 
+/// The section of a case without an indenter.
+pub(super) const LOAD: &str = "load";
+/// Sections of a case with one.
+pub(super) const OF_INDENTER: [&str; 2] = ["indenter", "impact"];
 /// Shapes of indenters.
 pub(super) const SHAPES: [&str; 5] = ["flat", "paraboloid", "sphere", "cone", "profile"];
 const FIELDS: [&str; 11] = [
@@ -287,8 +294,33 @@ pub(super) const MATERIAL: Section = Section {
     ],
 };
 
+/// The force of a load.
+pub(super) const FORCE: Section = Section {
+    path: "load.force",
+    keys: &[
+        key("pulse", Kind::Name(&["hertz", "cosine", "ricker", "step"])).left_out("required, or one of the three below").means(
+            "of peak F and duration T: F·sin^{3/2}(πt/T), F/2·(1 − cos 2πt/T), Ricker's of middle frequency 3/T; or a step",
+        ),
+        key("points", list(&Kind::Pair(&[TIMES, FORCES]), "points", MAX_LIST))
+            .not_beside(&["pulse"])
+            .means("pairs `[time, force]`, linear between them, 0 before the first and after the last"),
+        key("table", Kind::Text("the path of a CSV file with columns t, F"))
+            .not_beside(&["pulse", "points"])
+            .means("the same from a file; physical: `t [us],F [N]` in the heading"),
+        key("recording", Kind::Text("the path of a recording"))
+            .not_beside(&["pulse", "points", "table"])
+            .only(Who::Physical)
+            .means("the same from `/drag` of a recording"),
+        key("peak", FORCES).left_out("required by a pulse").means("F"),
+        key("duration", Kind::Quantity(Time, Bounds::within(0.0, 1e12))).left_out("required by a pulse").means("T"),
+        key("rise", Kind::Quantity(Time, Bounds::within(0.0, 1e12)))
+            .left_out("required by a step")
+            .means("of a step, like half a cosine; 0 for a jump"),
+    ],
+};
+
 /// The sections below the top level, in the order in which they are read and written.
-pub(super) const SECTIONS: [Section; 6] = [
+pub(super) const SECTIONS: [Section; 7] = [
     Section {
         path: "target",
         keys: &[
@@ -353,7 +385,7 @@ pub(super) const SECTIONS: [Section; 6] = [
                 .only(PROFILE)
                 .not_beside(&["points"])
                 .means("columns r, f, the tip 0, 0 first; physical: `r [mm],f [mm]` in the heading"),
-            key("points", list(&Kind::Pair(&LENGTH), "points", MAX_LIST))
+            key("points", list(&Kind::Pair(&[LENGTH, LENGTH]), "points", MAX_LIST))
                 .only(PROFILE)
                 .means("pairs `[r, f]`, the tip 0, 0 first, in place of `file`"),
             key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12).or_infinite()))
@@ -398,6 +430,18 @@ pub(super) const SECTIONS: [Section; 6] = [
                 .means(
                     "bilateral is glued, for a flat face with a sharp edge; prescribed gives the motion of the surface",
                 ),
+        ],
+    },
+    Section {
+        path: LOAD,
+        keys: &[
+            key("radius", Kind::Quantity(Length, SIZE))
+                .left_out("the load is on a point, one cell of the mesh")
+                .means("of the disc that is loaded, in the plane half the width of a strip"),
+            key("distribution", Kind::Name(&["uniform", "hertz"]))
+                .default("\"uniform\"")
+                .means("of the pressure; hertz: √(1 − r²/a²)"),
+            key("force", Kind::Table(&FORCE)).required().means("`[load.force]`"),
         ],
     },
     Section {
@@ -486,7 +530,7 @@ pub(super) const SECTIONS: [Section; 6] = [
                  hundredth of Z·V0 of the struck layer. The largest tension and shear of every interface are recorded \
                  whatever it is",
             ),
-            key("points", list(&Kind::Pair(&DEPTH), "points", 10_000))
+            key("points", list(&Kind::Pair(&[LENGTH, DEPTH]), "points", 10_000))
                 .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step; z < 0 is in an indenter that gives"),
             key("lines", list(&Kind::Line, "lines", 100)).means("stress along them, on `/line/0`, …"),
             key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
@@ -538,7 +582,7 @@ impl Kind {
     pub fn dimension(&self) -> Option<Dimension> {
         match self {
             Self::Quantity(dimension, _) => Some(*dimension),
-            Self::Thickness | Self::Pair(_) | Self::Line => Some(Length),
+            Self::Thickness | Self::Line => Some(Length),
             Self::List { of, .. } => of.dimension(),
             _ => None,
         }
@@ -556,8 +600,8 @@ impl Kind {
             Self::Thickness => format!("{}, or \"half-space\"", system.allowed(Length, SIZE)),
             Self::List { of: Self::Name(names), .. } => format!("a list of {}", names.join(", ")),
             Self::List { of, noun, .. } => format!("a list of {noun}, each {}", of.allowed(system)),
-            Self::Pair(second) => {
-                format!("a pair of {}, and {}", LENGTH.allowed(system), second.allowed(system))
+            Self::Pair([first, second]) => {
+                format!("a pair of {}, and {}", first.allowed(system), second.allowed(system))
             }
             Self::Line => "{ r = a radius } along z or { z = a depth } along r".into(),
             Self::Material => "the name of a material, or a table of constants".into(),
@@ -583,7 +627,8 @@ impl Kind {
 ///
 /// * `heading`: of the section, `target.layer`
 pub fn guide(heading: &str) -> Option<String> {
-    let mut sections = SECTIONS.iter().chain([&ROOT, &LAYER, &BOND_STRENGTH, &MATERIAL, &BODY, &BODY_BACK]);
+    let others = [&ROOT, &LAYER, &BOND_STRENGTH, &MATERIAL, &BODY, &BODY_BACK, &FORCE];
+    let mut sections = SECTIONS.iter().chain(others);
     let section = sections.find(|section| section.path == heading)?;
     let mut text =
         "| Key | Unit | Range | Default | Meaning, and who may have it |\n|---|---|---|---|---|\n".to_owned();

@@ -8,7 +8,7 @@ use super::{
     values::Checked,
 };
 use crate::{
-    contact::Rule,
+    contact::{Rule, load::Load},
     geometry::Geometry,
     grid::{Back, Bond, Grid, MeshKind, Rim, Spacing},
     material::{BondStrength, Elastic, Material, Preset, Stiffness, Strengths, Waves},
@@ -38,6 +38,8 @@ pub struct Parameters {
     pub indenter: Body,
     /// The impact.
     pub impact: Impact,
+    /// What presses in place of an indenter, which then is a stand-in without motion.
+    pub load: Option<Load>,
     /// The mesh.
     pub mesh: Mesh,
     /// When the run ends.
@@ -69,6 +71,9 @@ impl Parameters {
 
     /// Estimated largest contact radius \[R\]: what the depth V0·t reaches, of a ball of finite mass no more than by Hertz, `a² = ρw`.
     pub(crate) fn likely_radius(&self) -> f64 {
+        if let Some(load) = &self.load {
+            return load.radius.unwrap_or(1.0 / self.mesh.cells as f64);
+        }
         let (velocity, mass) = (self.impact.velocity, self.indenter.mass);
         let reach = self.within_rims(self.shape().reach(velocity * self.run.end_time));
         match self.indenter.head {

@@ -27,7 +27,7 @@ pub(super) fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) 
     let (name, points) = match values.checked.remove("indenter.file") {
         Some(file) => {
             let file: String = file.try_into().ok()?;
-            let points = read_points(&folder.join(file), &values.system)
+            let points = read_pairs(&folder.join(file), &values.system, [Dimension::Length; 2])
                 .map_err(|error| values.refuse("indenter.file", &format!(": {error}"), FILE_HELP))
                 .ok()?;
             ("indenter.file", points)
@@ -69,8 +69,10 @@ fn curve(points: &[[f64; 2]], system: &System) -> Result<Profile, String> {
     })
 }
 
-/// Reads `r,f` rows; a first row without numbers is a heading, which may carry units, `r [mm],f [mm]`; `#` starts a comment.
-fn read_points(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
+/// Reads rows of two numbers; a first row without numbers is a heading, which may carry units, `r [mm],f [mm]`; `#` starts a comment.
+///
+/// * `of`: their dimensions
+pub(super) fn read_pairs(path: &Path, system: &System, of: [Dimension; 2]) -> Result<Vec<[f64; 2]>, String> {
     let text = read_text(path).map_err(|error| error.to_string())?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -98,20 +100,26 @@ fn read_points(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
             units = read_heading(cells)?;
         }
         if index == 0 {
-            system.check_heading(units.as_ref())?;
+            system.check_heading(units.as_ref(), of)?;
         }
         if !is_heading {
             points.push(
-                read_point(cells, units.as_ref(), system).map_err(|error| format!("line {line}: {error}"))?,
+                read_pair(cells, units.as_ref(), system, of)
+                    .map_err(|error| format!("line {line}: {error}"))?,
             );
         }
     }
     Ok(points)
 }
 
-fn read_point(cells: [&str; 2], units: Option<&[String; 2]>, system: &System) -> Result<[f64; 2], String> {
-    let length = |i: usize| system.length(cells[i], units.map(|units| units[i].as_str()));
-    Ok([length(0)?, length(1)?])
+fn read_pair(
+    cells: [&str; 2],
+    units: Option<&[String; 2]>,
+    system: &System,
+    of: [Dimension; 2],
+) -> Result<[f64; 2], String> {
+    let number = |i: usize| system.number(cells[i], units.map(|units| units[i].as_str()), of[i]);
+    Ok([number(0)?, number(1)?])
 }
 
 /// The units of a heading, if it has any: `r [mm],f [mm]`.

@@ -15,6 +15,8 @@ const DENSITIES: Units = &[("kg/m³", 0), ("kg/m3", 0), ("g/cm³", 3), ("g/cm3",
 const STRESSES: Units =
     &[("Pa", 0), ("kPa", 3), ("MPa", 6), ("GPa", 9), ("N/mm²", 6), ("N/mm2", 6), ("bar", 5)];
 const MASSES: Units = &[("kg", 0), ("g", -3), ("mg", -6), ("t", 3)];
+const FORCES: Units = &[("N", 0), ("mN", -3), ("µN", -6), ("uN", -6), ("kN", 3), ("MN", 6)];
+const LINE_FORCES: Units = &[("N/m", 0), ("kN/m", 3), ("N/mm", 3), ("MN/m", 6)];
 const LINE_MASSES: Units = &[("kg/m", 0), ("g/m", -3), ("g/mm", 0), ("g/cm", -1)];
 
 /// Units in which a dimension is given, the SI unit first; none if cases have no such quantity.
@@ -27,7 +29,9 @@ fn units(dimension: Dimension, geometry: Geometry) -> Units {
         (Dimension::Stress, _) => STRESSES,
         (Dimension::Mass, Geometry::Axisymmetric) => MASSES,
         (Dimension::Mass, Geometry::Plane) => LINE_MASSES,
-        (Dimension::Force | Dimension::Energy, _) => &[],
+        (Dimension::Force, Geometry::Axisymmetric) => FORCES,
+        (Dimension::Force, Geometry::Plane) => LINE_FORCES,
+        (Dimension::Energy, _) => &[],
     }
 }
 
@@ -39,7 +43,8 @@ pub(super) fn example(dimension: Dimension, geometry: Geometry) -> (&'static str
         (Dimension::Speed, _) => ("speed", "5 m/s"),
         (Dimension::Density, _) => ("density", "7.85 g/cm3"),
         (Dimension::Stress, _) => ("stress", "210 GPa"),
-        (Dimension::Force, _) => ("force", "1 N"),
+        (Dimension::Force, Geometry::Axisymmetric) => ("force", "30 N"),
+        (Dimension::Force, Geometry::Plane) => ("force per length", "2 kN/m"),
         (Dimension::Mass, Geometry::Axisymmetric) => ("mass", "32.7 g"),
         (Dimension::Mass, Geometry::Plane) => ("mass per length", "2 kg/m"),
         (Dimension::Energy, _) => ("energy", "1 J"),
@@ -94,6 +99,7 @@ pub fn quantity_si(text: &str, geometry: Geometry) -> Option<(f64, &'static str)
         Dimension::Density,
         Dimension::Stress,
         Dimension::Mass,
+        Dimension::Force,
     ];
     dimensions
         .into_iter()

@@ -8,12 +8,13 @@ use super::{
     document::Document,
     gauges, grading, indenter,
     keys::SIZE,
-    striker,
+    load, striker,
     system::Numbers,
     target,
     values::{Checked, Values},
 };
 use crate::{
+    contact::load::Load,
     geometry::Geometry,
     grid::MeshKind,
     model::{Field, ModelKind, elastic},
@@ -37,8 +38,14 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let profile = values.get::<String>("indenter.file").map(|file| given.folder.join(file));
     check_title(&mut values, &given.name);
     let target = target::target(&mut values);
-    fall(&mut values);
-    let mut indenter = indenter::indenter(&mut values, &given.folder);
+    let load = if values.is_loaded { load::load(&mut values, &given.folder) } else { None };
+    let mut indenter = match values.is_loaded {
+        true => load.as_ref().map(Load::body),
+        false => {
+            fall(&mut values);
+            indenter::indenter(&mut values, &given.folder)
+        }
+    };
     if let (Some(indenter), Some(target)) = (&mut indenter, &target) {
         indenter.striker = striker::striker(&mut values, indenter, target);
         if let Some(striker) = indenter.striker.as_ref().filter(|_| values.striker_layers.is_some()) {
@@ -58,10 +65,14 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             scales: values.system.scales,
             target,
             indenter,
-            impact: Impact {
-                velocity: values.number("impact.velocity")?,
-                contact: values.get("impact.contact")?,
+            impact: match load {
+                Some(_) => Load::impact(),
+                None => Impact {
+                    velocity: values.number("impact.velocity")?,
+                    contact: values.get("impact.contact")?,
+                },
             },
+            load,
             mesh: Mesh {
                 kind: values.get("mesh.kind")?,
                 cells: values.get("mesh.cells").unwrap_or_default(),
@@ -234,7 +245,11 @@ impl Parameters {
         }
         self.complete_grading(values);
         if values.number("record.layer_tension").is_none() {
-            let tension = values.system.default(Dimension::Stress, LAYER_TENSION * self.impact.velocity);
+            let struck = match &self.load {
+                Some(load) => load.force.largest() / self.likely_radius().powi(2),
+                None => self.impact.velocity,
+            };
+            let tension = values.system.default(Dimension::Stress, LAYER_TENSION * struck);
             self.record.layer_tension = tension;
             values.set("record.layer_tension", tension);
         }

@@ -8,7 +8,10 @@ use toml::Value;
 
 use super::{
     Parameters,
-    keys::{BODY, BODY_BACK, BOND_STRENGTH, Kind, LAYER, MATERIAL, ROOT, SECTIONS, Section},
+    keys::{
+        BODY, BODY_BACK, BOND_STRENGTH, FORCE, Kind, LAYER, LOAD, MATERIAL, OF_INDENTER, ROOT, SECTIONS,
+        Section,
+    },
     system::{Numbers, System},
 };
 use crate::{grid::Back, units::Dimension};
@@ -35,7 +38,12 @@ fn written(value: &Value, kind: &Kind, system: &System) -> Value {
     match (value, kind.dimension()) {
         (Value::Float(x), Some(dimension)) => system.written(dimension, *x),
         (Value::Array(list), _) => {
-            Value::Array(list.iter().map(|value| written(value, kind, system)).collect())
+            let of = |i: usize| match kind {
+                Kind::List { of, .. } => of,
+                Kind::Pair(kinds) => &kinds[i % 2],
+                _ => kind,
+            };
+            Value::Array(list.iter().enumerate().map(|(i, value)| written(value, of(i), system)).collect())
         }
         (Value::Table(table), _) => {
             let entries = table.iter().map(|(key, value)| (key.clone(), written(value, kind, system)));
@@ -71,6 +79,7 @@ impl Parameters {
                     body.extend(has_weight.then(|| ("back", self.section(&BODY_BACK, BODY_BACK.path))));
                     Some(Part::Table(body))
                 }
+                ("load.force", _) => Some(self.section(&FORCE, &full)),
                 // that of the layers
                 ("indenter.mass", _) if has_body => None,
                 (_, None) if name == "material" => {
@@ -97,7 +106,12 @@ impl Parameters {
     /// The case.
     fn parts(&self) -> Part {
         let Part::Table(mut parts) = self.section(&ROOT, "") else { unreachable!("a section is a table") };
-        parts.extend(SECTIONS.iter().map(|section| (section.path, self.section(section, section.path))));
+        let is_of_this = |section: &&Section| match self.load {
+            Some(_) => !OF_INDENTER.contains(&section.path),
+            None => section.path != LOAD,
+        };
+        let sections = SECTIONS.iter().filter(is_of_this);
+        parts.extend(sections.map(|section| (section.path, self.section(section, section.path))));
         Part::Table(parts)
     }
 

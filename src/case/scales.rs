@@ -7,7 +7,7 @@ use toml::{
 
 use super::{
     document::text,
-    keys::{Kind, LENGTH_UNIT, MATERIAL},
+    keys::{Kind, LENGTH_UNIT, LOAD, MATERIAL},
     quantity,
     rows::LARGEST_CHANGE,
     system::{Numbers, System},
@@ -25,12 +25,13 @@ impl<'d> Values<'d> {
     /// Dimensionless or physical: as the struck layer has a ratio of wave speeds or a material, whose scales are read first.
     ///
     /// * `path`: of the struck layer
+    /// * `presses`: section of the indenter, or of the load
     pub fn choose_system(
         &mut self,
         root: &mut DeTable<'d>,
         struck: &mut DeTable<'d>,
         path: &str,
-        indenter: &DeTable<'_>,
+        presses: &DeTable<'_>,
     ) {
         match ["shear_wave_speed", "material"].map(|key| struck.contains_key(key)) {
             [true, false] => self.system.numbers = Numbers::Dimensionless,
@@ -44,7 +45,7 @@ impl<'d> Values<'d> {
         let Some(material) = struck.remove("material") else { return };
         self.mark(&name, material.span());
         self.read_material(&name, &material);
-        let length = self.read_length_unit(root, indenter);
+        let length = self.read_length_unit(root, presses);
         let elastic = self.elastic(&name);
         let sound = elastic.filter(|elastic| elastic.stiffness().slowness() < self.largest_ratio());
         let speed = sound.map(|elastic| (elastic.wave_speeds(), elastic.density));
@@ -69,28 +70,29 @@ impl<'d> Values<'d> {
         }
     }
 
-    /// The unit of length of a physical case \[m\]: that of its indenter, else a key of its own.
-    fn read_length_unit(&mut self, root: &mut DeTable<'d>, indenter: &DeTable<'_>) -> Option<f64> {
-        let own = ["radius", "diameter", "nose_radius"].into_iter().find(|key| indenter.contains_key(*key));
+    /// The unit of length of a physical case \[m\]: that of its indenter or load, else a key of its own.
+    fn read_length_unit(&mut self, root: &mut DeTable<'d>, presses: &DeTable<'_>) -> Option<f64> {
+        let own = ["radius", "diameter", "nose_radius"].into_iter().find(|key| presses.contains_key(*key));
+        let section = if self.is_loaded { LOAD } else { "indenter" };
         let given = root.remove("length_unit");
         if let Some(value) = &given {
             self.mark("length_unit", value.span());
         }
         match (own, given) {
             (Some(own), Some(_)) => {
-                let message = format!(" is given, but indenter.{own} is the unit of length");
+                let message = format!(" is given, but {section}.{own} is the unit of length");
                 self.refuse("length_unit", &message, "leave length_unit out");
                 None
             }
             // what is wrong with it is reported where it is read
             (Some(own), None) => {
-                let written = text(indenter, own)?;
+                let written = text(presses, own)?;
                 let si = quantity::parse(written, Dimension::Length, self.system.geometry).ok();
                 let length = si.filter(|si| *si > 0.0)? / if own == "diameter" { 2.0 } else { 1.0 };
                 if !LENGTH_UNIT.contain(length) {
-                    let message = format!("`indenter.{own}` = \"{written}\" cannot be the unit of length");
+                    let message = format!("`{section}.{own}` = \"{written}\" cannot be the unit of length");
                     let help = format!("allowed: {}", LENGTH_UNIT.in_unit(1.0, "m"));
-                    self.document.problem(indenter.get(own).map_or(0..0, Spanned::span), message, help);
+                    self.document.problem(presses.get(own).map_or(0..0, Spanned::span), message, help);
                 }
                 Some(length).filter(|length| LENGTH_UNIT.contain(*length))
             }
@@ -103,7 +105,12 @@ impl<'d> Values<'d> {
             }
             (None, None) => {
                 // another shape lacks its radius, which is the unit
-                if self.shape.as_deref().is_some_and(|shape| ["cone", "profile"].contains(&shape)) {
+                if self.is_loaded {
+                    self.need(
+                        "length_unit",
+                        "the unit of length, such as \"10 mm\", as the load is on a point",
+                    );
+                } else if self.shape.as_deref().is_some_and(|shape| ["cone", "profile"].contains(&shape)) {
                     let meaning =
                         "the unit of length, such as \"10 mm\", as the indenter has no radius or nose_radius";
                     self.need("length_unit", meaning);

@@ -114,7 +114,9 @@ impl Parameters {
     /// * `computed`: layers
     fn rows(&self, values: &Values<'_>, computed: &[TargetLayer]) -> Option<Rows> {
         let cells = self.mesh.cells;
-        let (radius, h) = (self.indenter.radius, self.target.thickness);
+        // a load needs no edge between nodes
+        let radius = self.indenter.radius.filter(|_| self.load.is_none());
+        let h = self.target.thickness;
         let edge = rows::edge(self.mesh.order, &self.target);
         if computed.len() > 1 || self.indenter.striker.is_some() {
             let stack = Stack::new(self);
@@ -234,6 +236,9 @@ impl Parameters {
     /// f(r_contact − Δr) = V0·(K + 1)·Δt + (3/2)V0·Δt       not beyond the radius of a punch
     /// ```
     pub(super) fn contact_reach(&self, dr: f64, dt: f64, steps: f64) -> f64 {
+        if let Some(load) = &self.load {
+            return self.within_rims(load.radius.unwrap_or(dr));
+        }
         let shape = self.indenter.shape();
         let step = self.impact.velocity * dt;
         self.within_rims((shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius()))

@@ -82,8 +82,10 @@ impl System {
         }
     }
 
-    /// Checks the units in the heading of a table of lengths.
-    pub fn check_heading(&self, units: Option<&[String; 2]>) -> Result<(), String> {
+    /// Checks the units in the heading of a table of two columns.
+    ///
+    /// * `of`: their dimensions
+    pub fn check_heading(&self, units: Option<&[String; 2]>, of: [Dimension; 2]) -> Result<(), String> {
         match (self.numbers, units) {
             (Numbers::Dimensionless, Some([unit, _])) => Err(format!(
                 "its heading has the unit `{unit}`, but the shear_wave_speed of the target makes the case dimensionless"
@@ -92,22 +94,26 @@ impl System {
                 Err("it has no units, but the material of the target makes the case physical".into())
             }
             (_, Some(units)) => {
-                let is_known =
-                    |unit: &str| quantity::with_unit("0", unit, Dimension::Length, self.geometry).is_ok();
-                let Some(unit) = units.iter().find(|unit| !is_known(unit)) else { return Ok(()) };
-                let names = quantity::unit_names(Dimension::Length, self.geometry);
-                Err(format!("`{unit}` is no unit of length; allowed: {names}"))
+                let is_unknown = |(unit, dimension): &(&String, Dimension)| {
+                    quantity::with_unit("0", unit, *dimension, self.geometry).is_err()
+                };
+                let Some((unit, dimension)) = units.iter().zip(of).find(is_unknown) else { return Ok(()) };
+                let names = quantity::unit_names(dimension, self.geometry);
+                let (noun, _) = quantity::example(dimension, self.geometry);
+                Err(format!("`{unit}` is no unit of {noun}; allowed: {names}"))
             }
             (_, None) => Ok(()),
         }
     }
 
-    /// The dimensionless length of a number in a table whose heading has been checked.
-    pub fn length(&self, number: &str, unit: Option<&str>) -> Result<f64, String> {
+    /// The dimensionless number of one in a table whose heading has been checked.
+    pub fn number(&self, number: &str, unit: Option<&str>, dimension: Dimension) -> Result<f64, String> {
         let Some(unit) = unit else { return number.parse().map_err(|_| format!("`{number}` is no number")) };
-        let si = quantity::with_unit(number, unit, Dimension::Length, self.geometry)
-            .map_err(|_| format!("`{number}` [{unit}] is no length"))?;
-        Ok(self.scales.map_or(si, |scales| scales.reduce(Dimension::Length, si)))
+        let si = quantity::with_unit(number, unit, dimension, self.geometry).map_err(|_| {
+            let (noun, _) = quantity::example(dimension, self.geometry);
+            format!("`{number}` [{unit}] is no {noun}")
+        })?;
+        Ok(self.scales.map_or(si, |scales| scales.reduce(dimension, si)))
     }
 
     /// The dimensionless number of a value.

@@ -17,8 +17,8 @@ use super::{
     document::{Document, Span, text},
     errors::is_alike,
     keys::{
-        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE,
-        Section, Who,
+        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, LOAD, MAX_LAYERS, OF_INDENTER, ROOT,
+        SECTIONS, SHAPES, SIZE, Section, Who,
     },
     system::{Numbers, System},
 };
@@ -43,6 +43,8 @@ pub(super) struct Values<'d> {
     pub layers: Option<usize>,
     /// Number of layers of an indenter that gives, if it has a table.
     pub striker_layers: Option<usize>,
+    /// True for a load in place of an indenter.
+    pub is_loaded: bool,
     pub checked: Checked,
     /// Places of all keys that are given, refused or not, and of sections.
     places: BTreeMap<String, Span>,
@@ -83,11 +85,12 @@ impl<'d> Values<'d> {
             shape: None,
             layers: None,
             striker_layers: None,
+            is_loaded: root.contains_key(LOAD),
             checked: Checked::new(),
             places: BTreeMap::from([(String::new(), 0..0)]),
         };
         let mut tables = SECTIONS.each_ref().map(|section| values.take_section(&mut root, section.path));
-        let [target, indenter, ..] = &mut tables;
+        let [target, indenter, _, load, ..] = &mut tables;
         values.shape = text(indenter, "shape").filter(|shape| SHAPES.contains(shape)).map(str::to_owned);
         let body = values.take_body(indenter);
         let mut layers = values.take_layers(target, "target.layer");
@@ -97,11 +100,20 @@ impl<'d> Values<'d> {
             None => (Some(target), "target"),
         };
         if let Some(struck) = struck {
-            values.choose_system(&mut root, struck, path, indenter);
+            let presses = if values.is_loaded { &*load } else { indenter };
+            values.choose_system(&mut root, struck, path, presses);
         }
         values.read_section(&ROOT, "", root);
         for (section, table) in SECTIONS.iter().zip(tables) {
-            values.read_section(section, section.path, table);
+            let of_indenter = OF_INDENTER.contains(&section.path);
+            if values.is_loaded && of_indenter && !values.place(section.path).is_empty() {
+                let message = format!("`[{}]` and `[{LOAD}]` are both given", section.path);
+                values.problem(section.path, message, "keep one of them: a load is in place of an indenter");
+            }
+            let is_absent = if values.is_loaded { of_indenter } else { section.path == LOAD };
+            if !is_absent {
+                values.read_section(section, section.path, table);
+            }
         }
         for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
             values.read_section(&LAYER, &format!("target.layer.{number}"), layer);
@@ -374,11 +386,14 @@ impl<'d> Values<'d> {
                 }
                 Some(Value::Array(read))
             }
-            (Kind::Pair(second), Some(Value::Array(pair))) if pair.len() == 2 => {
+            (Kind::Pair(kinds), Some(Value::Array(pair))) if pair.len() == 2 => {
                 let DeValue::Array(pair) = value.get_ref() else { return None };
-                let mut read = self.read_items(&LENGTH, name, &pair[..1], system)?;
-                read.push(self.read_value(second, &format!("{name}[1]"), &pair[1], system)?);
-                self.places.insert(format!("{name}[1]"), pair[1].span());
+                let mut read = Vec::new();
+                for (i, (kind, item)) in kinds.iter().zip(pair.iter()).enumerate() {
+                    let name = format!("{name}[{i}]");
+                    read.push(self.read_value(kind, &name, item, system)?);
+                    self.places.insert(name, item.span());
+                }
                 Some(Value::Array(read))
             }
             (Kind::Line, Some(Value::Table(line))) if line.len() == 1 => {

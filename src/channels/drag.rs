@@ -6,9 +6,13 @@ use crate::{case::Case, message::percuss, units::Units};
 /// The drag channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, force, .. } = case.units();
+    let (what, radius) = match case.load {
+        Some(_) => ("force F of the load", "radius of what is loaded"),
+        None => ("drag F on the indenter", "contact radius r*"),
+    };
     let fields = vec![
-        FieldNote::new("force", force.name, format!("drag F on the indenter{}", force.part())),
-        FieldNote::new("contact_radius", length.name, "contact radius r*"),
+        FieldNote::new("force", force.name, format!("{what}{}", force.part())),
+        FieldNote::new("contact_radius", length.name, radius),
     ];
     Channel::new("/drag", "percuss.Drag", fields, move |view, outlet| {
         outlet.put(&percuss::Drag {

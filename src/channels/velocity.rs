@@ -7,7 +7,11 @@ use crate::{case::Case, message::percuss, units::Units};
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, speed, .. } = case.units();
     let gives = case.indenter.striker.is_some();
-    let of = if gives { "the indenter's centre of mass" } else { "the indenter" };
+    let of = match case.load {
+        Some(_) => "what is loaded, a mean weighted by the pressure,",
+        None if gives => "the indenter's centre of mass",
+        None => "the indenter",
+    };
     let mut fields = vec![
         FieldNote::new("velocity", speed.name, format!("velocity V of {of} into the target")),
         FieldNote::new("displacement", length.name, format!("displacement w of {of} into the target")),

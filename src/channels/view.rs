@@ -49,7 +49,8 @@ pub(super) fn channels(case: &Case) -> Vec<Channel> {
     let wanted = |view: &&ViewChannel| match view {
         // these show recorded fields
         ViewChannel::Field | ViewChannel::Image => !case.record.fields.is_empty(),
-        ViewChannel::Scene | ViewChannel::Fronts | ViewChannel::Tf | ViewChannel::Profile => true,
+        ViewChannel::Tf => case.load.is_none(),
+        ViewChannel::Scene | ViewChannel::Fronts | ViewChannel::Profile => true,
     };
     let channel = |view: &ViewChannel| match view {
         ViewChannel::Field => grid::channel(case, &viewport, &section),

@@ -4,6 +4,7 @@ use super::layers;
 use crate::{
     advice::rigidity::Rigidity,
     case::Case,
+    contact::load::Load,
     geometry::Geometry,
     grid::Rim,
     units::{Dimension, Scales, Units, engineering, name},
@@ -52,7 +53,10 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
         vec![("target", format!("{target}{rim}; c_p = {c_p}{lateral}, c_s = {c_s}, density {density}"))];
     rows.extend(layers::rows(case));
     rows.extend([
-        ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),
+        match &case.load {
+            Some(load) => ("load", load_text(case, load)),
+            None => ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),
+        },
         ("scales", scales.map(scale).join(", ")),
     ]);
     rows.extend(Rigidity::of(case).map(|rigidity| ("rigid", rigidity.text())));
@@ -63,6 +67,14 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
     let playback = engineering(1.0 / case.record.playback_rate, "s");
     rows.push(("playback", format!("1 s of log time shows {playback}")));
     rows
+}
+
+/// Force, duration and place of a load.
+fn load_text(case: &Case, load: &Load) -> String {
+    let Units { length, time, force, .. } = case.units();
+    let place = load.radius.map_or_else(|| "a point".into(), |radius| format!("r ≤ {}", length.text(radius)));
+    let [largest, duration] = [force.text(load.force.largest()), time.text(load.force.duration())];
+    format!("up to {largest} during {duration}, on {place}")
 }
 
 #[cfg(test)]

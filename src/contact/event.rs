@@ -102,6 +102,9 @@ impl Watch {
     /// * `r`: gives the radius of a node \[R\]
     pub fn observe(&mut self, state: &ContactState, time: f64, r: impl Fn(usize) -> f64) -> Vec<Event> {
         let mut events = Vec::new();
+        if self.rule == Rule::Load {
+            return events;
+        }
         let at = self.units.time.text(time);
         let mut report =
             |kind, r, since, text: String| events.push(Event { kind, text, r, since, interface: None });
@@ -120,7 +123,7 @@ impl Watch {
             // a contact that only pushes opens there; one that is glued, or whose motion is given, pulls
             let what = match self.rule {
                 Rule::Unilateral => "the target first leaves the indenter",
-                Rule::Bilateral | Rule::Prescribed => "the target first pulls at the indenter",
+                Rule::Bilateral | Rule::Prescribed | Rule::Load => "the target first pulls at the indenter",
             };
             let text = format!("extension: {what}, at r = {}, t = {at}", self.units.length.text(r));
             report(EventKind::Extension, Some(r), None, text);

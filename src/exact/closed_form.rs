@@ -184,7 +184,7 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
-        if case.indenter.striker.is_some() {
+        if case.indenter.striker.is_some() || case.load.is_some() {
             return none("it needs a rigid indenter");
         }
         let hertz = case.indenter.mass.is_finite().then(|| hertz(case)).transpose()?;

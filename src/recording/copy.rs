@@ -14,6 +14,10 @@ use mcap::{
     records::{MessageHeader, Record, op},
     sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
 };
+use prost::Message;
+
+/// Largest chunk of a recording that a case names \[bytes\].
+const LARGEST_CHUNK: usize = 256 << 20;
 
 /// Why messages cannot be copied.
 pub enum CopyError {
@@ -113,24 +117,88 @@ pub fn for_each_message(
         if opcode != op::CHUNK {
             return Ok(None);
         }
-        let mut reader = open_chunk(data, largest)?;
-        while let Some(event) = reader.next_event() {
-            match event.map_err(|error| read(&error))? {
-                // it wants what follows the chunk
-                LinearReadEvent::ReadRequest(_) => break,
-                LinearReadEvent::Record { opcode: op::MESSAGE, data } => {
-                    if let Record::Message { header, data } =
-                        parse_record(op::MESSAGE, data).map_err(|error| read(&error))?
-                    {
-                        f(Found::Message(header, &data))?;
-                    }
-                }
-                LinearReadEvent::Record { .. } => {}
+        for_each_record(data, largest, |opcode, data| {
+            if opcode == op::MESSAGE
+                && let Record::Message { header, data } =
+                    parse_record(op::MESSAGE, data).map_err(|error| read(&error))?
+            {
+                f(Found::Message(header, &data))?;
             }
-        }
+            Ok(())
+        })?;
         Ok((!f(Found::EndOfChunk)?).then_some(()))
     })?;
     done.ok_or_else(|| CopyError::Read("it ends before the last message that its checkpoint counts".into()))
+}
+
+/// Calls `f` on the opcode and the bytes of every record in a chunk.
+fn for_each_record(
+    chunk: &[u8],
+    largest: usize,
+    mut f: impl FnMut(u8, &[u8]) -> Result<(), CopyError>,
+) -> Result<(), CopyError> {
+    let mut reader = open_chunk(chunk, largest)?;
+    while let Some(event) = reader.next_event() {
+        match event.map_err(|error| read(&error))? {
+            // it wants what follows the chunk
+            LinearReadEvent::ReadRequest(_) => break,
+            LinearReadEvent::Record { opcode, data } => f(opcode, data)?,
+        }
+    }
+    Ok(())
+}
+
+/// Messages of one topic of a whole recording, in the order of the file.
+///
+/// * `units`: entries that the metadata of its channel must have
+/// * `most`: no more of them are allowed
+///
+/// # Errors
+///
+/// The file is missing, damaged or not whole, has no such topic or other units, or too many messages.
+pub fn messages<M: Message + Default>(
+    path: &Path,
+    topic: &str,
+    units: &[(&str, &str)],
+    most: usize,
+) -> Result<Vec<M>, String> {
+    let (mut channel, mut found, mut is_whole) = (None, Vec::new(), false);
+    let mut take = |opcode, data: &[u8]| -> Result<(), CopyError> {
+        match parse_record(opcode, data).map_err(|error| read(&error))? {
+            Record::Channel(record) if record.topic == topic => {
+                let has = |(key, unit): &(&str, &str)| record.metadata.get(*key).is_some_and(|of| of == unit);
+                if let Some((key, unit)) = units.iter().find(|entry| !has(entry)) {
+                    return Err(CopyError::Read(format!("{key} of {topic} is not {unit}")));
+                }
+                channel = Some(record.id);
+            }
+            Record::Message { header, data } if Some(header.channel_id) == channel => {
+                if found.len() == most {
+                    return Err(CopyError::Read(format!("{topic} has more than {most} messages")));
+                }
+                found.push(M::decode(&*data).map_err(|error| read(&error))?);
+            }
+            _ => {}
+        }
+        Ok(())
+    };
+    let mut file = File::open(path).map_err(|error| error.to_string())?;
+    let done = find_record(&mut file, |opcode, data| {
+        match opcode {
+            op::CHUNK => for_each_record(data, LARGEST_CHUNK, &mut take)?,
+            op::CHANNEL | op::MESSAGE => take(opcode, data)?,
+            op::DATA_END => is_whole = true,
+            _ => {}
+        }
+        Ok(is_whole.then_some(()))
+    });
+    match done {
+        Err(CopyError::Read(error)) => Err(error),
+        Err(CopyError::Write(error)) => Err(error.to_string()),
+        Ok(None) => Err("it is no whole recording; `percuss-read recover` saves what it has".into()),
+        Ok(Some(())) if channel.is_none() => Err(format!("it has no topic {topic}")),
+        Ok(Some(())) => Ok(found),
+    }
 }
 
 /// A reader of what is in a chunk, which compares its checksum first.

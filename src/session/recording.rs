@@ -239,7 +239,10 @@ impl Recording {
             }
         }
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
-        map.insert("impact_velocity".into(), speed.of(validity.impact_velocity()).to_string());
+        let is_impact = validity.impact_velocity() > 0.0;
+        if is_impact {
+            map.insert("impact_velocity".into(), speed.of(validity.impact_velocity()).to_string());
+        }
         map.extend(validity.mesh_loss.map(|share| ("mesh_loss".into(), share.to_string())));
         let velocities = [
             ("admissible_velocity", validity.admissible_velocity()),
@@ -252,7 +255,9 @@ impl Recording {
                 map.insert(format!("{name}_m_per_s"), speed.of(velocity).to_string());
             }
         }
-        let note = if validity.admissible_velocity().is_some() {
+        let note = if !is_impact {
+            "strains are proportional to the force of the load"
+        } else if validity.admissible_velocity().is_some() {
             "strains under a flat face are proportional to V0; at its sharp edge they grow with the mesh as dr^(-1/2), at probes beside it they do not"
         } else {
             "strains under a head that is not flat are not proportional to V0: `percuss check CASE --admissible` searches for the velocity by trials"

@@ -8,6 +8,7 @@
 //! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`hertz_radiation`] | impact of a rigid ball on a half-space, full theory: Hertz, with the energy that waves carry away |
 //! | [`lamb`] | displacement of the surface under a pulse on a line, full theory |
+//! | [`pekeris`] | displacement of the surface under a force on a point, full theory, ν = 1/4 |
 //! | [`surface_wave`] | speed of waves along coated surfaces, full theory: for `src/exact/tests` |
 
 pub mod collision;
@@ -19,6 +20,7 @@ pub mod hertz_radiation;
 pub mod lamb;
 mod layer_kernel;
 mod linear;
+pub mod pekeris;
 pub mod strip_stiffness;
 pub mod surface_wave;
 mod transfer;

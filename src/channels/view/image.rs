@@ -31,6 +31,8 @@ struct Picture {
     /// Pixels of a displacement of R.
     pressed: f64,
     pixels: Raster,
+    /// True for a load in place of an indenter.
+    is_loaded: bool,
 }
 
 /// The channel of a case: it shows the first of the recorded fields.
@@ -75,6 +77,7 @@ impl Picture {
             face: plate.section.face(&viewport.face, [plate.scale, PRESSED * plate.scale]),
             pressed: PRESSED * viewport.exaggeration * plate.scale,
             pixels: plate.base.clone(),
+            is_loaded: case.load.is_some(),
             plate,
         }
     }
@@ -87,7 +90,7 @@ impl Picture {
         drop(section);
         let section = &self.plate.section;
         // one that gives is part of the section
-        if view.striker.is_none() {
+        if view.striker.is_none() && !self.is_loaded {
             section.indenter(&mut self.pixels, &self.face, self.pressed * view.depth);
         }
         section.contact(&mut self.pixels, view.contact_radius * self.plate.scale);

@@ -25,7 +25,7 @@ pub fn channel(case: &Case) -> Channel {
     // up to the outer radius
     let nodes = case.column(MARGIN * contact_reach).ceil().clamp(2.0, nr.max(2) as f64);
     let every = (nodes / POINTS).ceil() as usize;
-    let shape = case.shape();
+    let (shape, is_loaded) = (case.shape(), case.load.is_some());
     let mut message = percuss::SurfaceProfile::default();
     Channel::new("/view/profile", "percuss.SurfaceProfile", fields, move |view, outlet| {
         let Some(frame) = &view.frame else { return };
@@ -37,7 +37,7 @@ pub fn channel(case: &Case) -> Channel {
         let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
         for i in (0..nodes as usize).step_by(every) {
             let r = view.interface.r(i);
-            let face = view.depth - shape.profile(r);
+            let face = if is_loaded { f64::NAN } else { view.depth - shape.profile(r) };
             message.r.push(length.of(r) as f32);
             message.stress.push(stress.of(at(&view.interface.pressure, i)) as f32);
             message.displacement.push(length.of(at(displacement, i)) as f32);

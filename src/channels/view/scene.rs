@@ -30,8 +30,8 @@ struct Scene {
     /// Shown nodes of the surface, and every how many of them.
     nodes: usize,
     every: usize,
-    /// Parts that are the same in all frames.
-    body: (LinePrimitive, TriangleListPrimitive),
+    /// Parts that are the same in all frames; no body of a load.
+    body: Option<(LinePrimitive, TriangleListPrimitive)>,
     backing: Option<LinePrimitive>,
     /// Interfaces between layers, and names of the layers.
     layers: (Vec<LinePrimitive>, Vec<TextPrimitive>),
@@ -89,7 +89,7 @@ impl Scene {
             units,
             nodes: nodes as usize,
             every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
-            body: body(viewport),
+            body: case.load.is_none().then(|| body(viewport)),
             backing: viewport.thickness.map(across),
             layers,
             colours: case.record.fields.first().map(|field| colour_bar(case, *field, viewport)),
@@ -117,18 +117,18 @@ impl Scene {
         let world = viewport.world;
         let new = |id: &str, frame: &str| entity(id, frame, outlet);
         let lines = |lines: Vec<LinePrimitive>, entity: SceneEntity| SceneEntity { lines, ..entity };
-        let mut entities = vec![
-            SceneEntity {
-                lines: vec![self.body.0.clone()],
+        let mut entities = vec![lines(
+            vec![world.line(self.surface(view), viewport.height_of(Sheet::Surface), colours::SURFACE)],
+            new("surface", WORLD),
+        )];
+        if let Some((outline, filling)) = &self.body {
+            entities.push(SceneEntity {
+                lines: vec![outline.clone()],
                 // one that gives shows its field
-                triangles: view.striker.is_none().then(|| self.body.1.clone()).into_iter().collect(),
+                triangles: view.striker.is_none().then(|| filling.clone()).into_iter().collect(),
                 ..new("indenter", INDENTER)
-            },
-            lines(
-                vec![world.line(self.surface(view), viewport.height_of(Sheet::Surface), colours::SURFACE)],
-                new("surface", WORLD),
-            ),
-        ];
+            });
+        }
         if let Some(backing) = &self.backing {
             entities.push(lines(vec![backing.clone()], new("backing", WORLD)));
         }

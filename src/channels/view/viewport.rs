@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::world::World;
 use crate::{
     case::{Case, Grading, Sizes},
+    contact::load::Load,
     geometry::Geometry,
     model::{Field, ModelKind},
     shape::{Head, Shape},
@@ -182,6 +183,9 @@ fn layers(case: &Case) -> Vec<(String, f64)> {
 /// Values beyond it have the colour of the end. In the built-in cases these are 0 to 0.8 % of the moved part of a section,
 /// mostly under edges, where the stress is unbounded.
 pub fn range(case: &Case, field: Field) -> f64 {
+    if let Some(load) = &case.load {
+        return round_up(field.unit(&case.units()).of(of_load(case, load, field)));
+    }
     let velocity = case.impact.velocity;
     let largest = match field {
         Field::Velocity | Field::VelocityR => HEADROOM * velocity,
@@ -220,7 +224,32 @@ fn rise(case: &Case) -> f64 {
     half_space.max(layer)
 }
 
+/// What a load of force F does at a distance x from it, its radius or a tenth of the picture, by Boussinesq: stress `3F/2x²`, velocity as in a
+/// wave of that stress, displacement `F/2µx`.
+fn of_load(case: &Case, load: &Load, field: Field) -> f64 {
+    let Sizes { outer_radius, .. } = case.sizes;
+    let width =
+        case.mesh.grading.map_or(outer_radius.min(case.record.r_max), |grading| AROUND * grading.near[0]);
+    let x = load.radius.unwrap_or_default().max(0.1 * width);
+    let (force, c_s) = (load.force.largest(), case.target.material.shear_wave_speed);
+    match field {
+        Field::Displacement | Field::DisplacementR => force / (2.0 * c_s * c_s * x),
+        Field::Velocity
+        | Field::VelocityR
+        | Field::Stress
+        | Field::StressRr
+        | Field::StressTt
+        | Field::StressRz
+        | Field::Pressure
+        | Field::VonMises
+        | Field::MaxShear => 1.5 * force / (x * x),
+    }
+}
+
 fn largest_displacement(case: &Case) -> f64 {
+    if let Some(load) = &case.load {
+        return of_load(case, load, Field::Displacement);
+    }
     let end_time = case.sizes.steps as f64 * case.sizes.dt;
     // T·M/(T + M), finite for an infinite mass
     case.impact.velocity * end_time / (1.0 + end_time / case.indenter.mass)

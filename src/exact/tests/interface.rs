@@ -74,7 +74,7 @@ fn a_ball() {
         let mut contact = Contact::new(Rule::Unilateral, shape, grid.geometry, grid, 0.1, 0.5);
         let mut indenter = Indenter::new(0.2, 0.1, grid.dt());
         move |_: usize, surface: &mut Surface| {
-            contact.step(surface, &mut indenter);
+            contact.step(surface, &mut indenter, 0.0);
         }
     };
     // measured 1.34, 1.18, 1.44: fronts, and the edge of the contact, where the stress is not smooth

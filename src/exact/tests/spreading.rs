@@ -52,7 +52,7 @@ fn errors(stack: &Stack, front: Front, r: f64, cells: usize) -> [f64; 2] {
         model.reference(Coverage::Everything, sampling),
         size,
         |_, surface| {
-            contact.step(surface, &mut indenter);
+            contact.step(surface, &mut indenter, 0.0);
         },
         |step, _, points| seen.push((step as f64 * grid.dt(), [points[0].stress, points[1].stress])),
     );

@@ -373,7 +373,7 @@ fn force_error(cells: usize, c_s: f64) -> f64 {
     let mut worst: f64 = 0.0;
     for step in 0..=case.sizes.steps {
         target.predict(&mut surface);
-        contact.step(&mut surface, &mut indenter);
+        contact.step(&mut surface, &mut indenter, 0.0);
         let force: f64 = grid.area.iter().zip(&surface.pressure).map(|(area, p)| area * p).sum();
         // A = r*² = kt, per πR²
         let t = step as f64 * grid.dt();
