@@ -354,6 +354,43 @@ fn a_profile_from_a_file_is_written_into_the_resolved_case() {
 }
 
 #[test]
+fn the_force_of_a_recording_presses() {
+    let folder = folder();
+    let of = |verb: &str, settings: &[&str]| {
+        let settings = settings.iter().flat_map(|setting| ["--set", setting]);
+        let start = [verb, "experiment-steel-plate", "--set", "mesh.cells=1", "--set", "record.frames=0"];
+        percuss(folder.path(), &start.into_iter().chain(settings).collect::<Vec<_>>())
+    };
+    assert!(of("run", &[]).status.success());
+    // the same force from its own recording: the pulse is not beside it
+    let recording = "load.force.recording=experiment-steel-plate.mcap";
+    let shown = of("check", &[recording]);
+    assert!(shown.status.success(), "{}", stderr(&shown));
+    let load = |output: &Output| {
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        text.lines().find(|line| line.starts_with("load")).expect("a load").to_owned()
+    };
+    assert!(load(&shown).contains("up to 16.") && load(&shown).ends_with("on a point"), "{}", load(&shown));
+    // half of it is none
+    let bytes = fs::read(folder.path().join("experiment-steel-plate.mcap")).expect("a recording");
+    fs::write(folder.path().join("half.mcap"), &bytes[..bytes.len() / 2]).expect("room");
+    fs::write(folder.path().join("f.csv"), "t [us],F [N]\n0,0\n2,5\n1,0\n").expect("room");
+    for (setting, says) in [
+        ("load.force.recording=half.mcap", "half.mcap"),
+        ("load.force.recording=none.mcap", "No such file"),
+        ("load.force.table=f.csv", "time does not increase from row 2 to row 3"),
+        ("load.force={ table = \"f.csv\", peak = \"2 N\" }", "belongs to a pulse"),
+        ("indenter.shape=flat", "keep one of them"),
+        ("run.stop=separation", "this case has a load"),
+        ("mesh.contact_cells=20", "needs a load with a radius"),
+    ] {
+        let refused = of("check", &[setting]);
+        assert_eq!(refused.status.code(), Some(2), "{setting}");
+        assert!(stderr(&refused).contains(says), "{setting}: {}", stderr(&refused));
+    }
+}
+
+#[test]
 fn built_in_cases_are_listed() {
     let folder = folder();
     let output = percuss(folder.path(), &["cases", "--json"]);

@@ -1,11 +1,11 @@
-//! The built-in cases: every figure of \[KA\], and some of them in the full theory, a physical case and layered targets, as case
+//! The built-in cases: every figure of \[KA\], and some of them in the full theory, a physical case, layered targets and what others measured and computed, as case
 //! files like any other.
 //!
 //! A case that extends another one has only its own lines: comments at its head and keys, in place of those of the other case.
 
 macro_rules! cases {
     ($($name:literal $(extends $base:literal)?),* $(,)?) => {
-        /// Name, text and base of every built-in case, in the order of the paper, those of the full theory, in SI units, of layers and of bodies last.
+        /// Name, text and base of every built-in case, in the order of the paper, those of the full theory, in SI units, of layers, of bodies and of experiments last.
         const CASES: &[(&str, &str, Option<&str>)] = &[$((
             $name,
             include_str!(concat!("builtin/", $name, ".toml")),
@@ -57,6 +57,19 @@ cases!(
     "laminate-carbon",
     "disc",
     "bar",
+    "experiment-aluminium",
+    "experiment-aluminium-plate",
+    "experiment-gabbro",
+    "experiment-gabbro-plate",
+    "experiment-glass",
+    "experiment-steel",
+    "experiment-steel-plate",
+    "experiment-zener",
+    "experiment-zener-pmma" extends "experiment-zener",
+    "experiment-zener-pmma-4mm" extends "experiment-zener-pmma",
+    "experiment-bars",
+    "experiment-half-space",
+    "experiment-layered",
 );
 
 /// Names of the built-in cases.

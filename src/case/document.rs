@@ -11,7 +11,11 @@ use toml::{
     de::{DeString, DeTable, DeValue},
 };
 
-use super::{CaseBuilder, CaseErrors, Problem, errors::Excerpt, keys::GRADED};
+use super::{
+    CaseBuilder, CaseErrors, Problem,
+    errors::Excerpt,
+    keys::{FILES, GRADED, LOAD},
+};
 
 /// Place in all texts together.
 pub type Span = Range<usize>;
@@ -223,6 +227,12 @@ fn section<'a, 't>(table: &'a DeTable<'t>, name: &str) -> Option<&'a DeTable<'t>
 
 /// Takes out of `table` what `later` says in another way.
 fn replace(table: &mut DeTable<'_>, later: &DeTable<'_>) {
+    let other_force = |force: &DeTable<'_>| FILES.iter().any(|key| force.contains_key(*key));
+    if section(later, LOAD).and_then(|load| section(load, "force")).is_some_and(other_force)
+        && let Some(DeValue::Table(load)) = table.get_mut(LOAD).map(Spanned::get_mut)
+    {
+        load.remove("force");
+    }
     let shape = |table| text(section(table, "indenter")?, "shape");
     let shape = shape(later).or_else(|| shape(table)).unwrap_or_default().to_owned();
     for (name, key, others) in replaced(&shape) {

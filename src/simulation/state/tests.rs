@@ -167,6 +167,7 @@ fn a_run_of_the_full_theory_goes_on_bit_for_bit() {
         ("elastic-fig2-prescribed", &["mesh.cells=24", "run.end_time=6"]),
         ("elastic-fig8-m2.5", &["mesh.cells=16", "indenter.mass=0.5", "run.stop=never", "run.end_time=8"]),
         ("elastic-fig8-m5", &["mesh.cells=16", "impact.contact=bilateral", "run.stop=never"]),
+        ("experiment-half-space", &["mesh.cells=16", "run.end_time=4"]),
     ]);
 }
 

@@ -49,6 +49,11 @@ impl<'a> Lab<'a> {
         Self { folder, coarser, progress }
     }
 
+    /// The recording of a name.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("{name}.mcap"))
+    }
+
     /// A setting, of cells fewer if meshes are to be coarser.
     fn set(&self, set: &str) -> String {
         let (key, value) = set.split_once('=').unwrap_or((set, ""));

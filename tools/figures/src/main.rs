@@ -34,6 +34,7 @@ mod bodies;
 #[cfg_attr(not(test), expect(dead_code, reason = "figures show some of them"))]
 #[path = "../../../tests/closed_forms/mod.rs"]
 mod closed_forms;
+mod experiments;
 mod figure;
 mod hertz;
 mod lab;
@@ -56,6 +57,7 @@ Examples:
   percuss-figures --only sweeps       a ball on plates of five materials: sweeps.html, sweeps.md
   percuss-figures --only hertz        balls on half-spaces, against Hertz with radiation: hertz.html, hertz.md
   percuss-figures --only bodies       indenters that give, bars and a ball: bodies.html, bodies.md
+  percuss-figures --only experiments  beside what others measured and computed: experiments.html, experiments.md
   percuss-figures --only paper --quick -o draft
   percuss-figures -o /tmp/page --force"
 )]
@@ -69,7 +71,7 @@ struct Arguments {
     /// Write this page alone
     #[arg(long, value_enum)]
     only: Option<Which>,
-    /// Take meshes a quarter as fine, for Hertz and bodies half: a look at the pages of the paper, of the sweep, of Hertz and of bodies in a minute each, with larger errors
+    /// Take meshes a quarter as fine, for Hertz, bodies and experiments half: a look at the pages of the paper, of the sweep, of Hertz and of bodies in a minute each, with larger errors
     #[arg(long)]
     quick: bool,
 }
@@ -89,6 +91,8 @@ enum Which {
     Hertz,
     /// Indenters that give: bars against rays and one-dimensional theory, a ball against Hertz
     Bodies,
+    /// Experiments: balls, plates and bars beside what others measured and computed
+    Experiments,
 }
 
 /// Why there is no page.
@@ -173,6 +177,13 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     if is_asked(Which::Bodies) {
         let page = bodies::page(&progress, if arguments.quick { 2 } else { 1 })?;
         let path = write("bodies", &page, folder, &progress)?;
+        index.get_or_insert(path);
+    }
+    if is_asked(Which::Experiments) {
+        let recordings = folder.join("recordings");
+        fs::create_dir_all(&recordings)?;
+        let page = experiments::page(&recordings, &progress, if arguments.quick { 2 } else { 1 })?;
+        let path = write("experiments", &page, folder, &progress)?;
         index.get_or_insert(path);
     }
     progress.bar.finish_and_clear();
