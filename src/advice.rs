@@ -20,6 +20,7 @@ use crate::{
 
 pub mod admissible;
 pub mod cost;
+pub mod impact;
 pub mod rigidity;
 pub mod theory;
 

@@ -15,6 +15,7 @@
 //! | [`elastic_plane_punch`] | pressure and drag of a plane flat punch before a wave has crossed it |
 //! | [`elastic_wedge`] | pressure and drag of a plane wedge that outruns all waves |
 //! | [`hertz`] | pressure, drag and motion of a slow ball on a half-space, without waves: an approximation |
+//! | [`hertz_radiation`] | force, time and restitution of a slow ball on a half-space, and on a thin plate, with the energy that waves carry away |
 //! | [`surface_impedance`] | speed of Rayleigh waves |
 //!
 //! Each checks its parameters and the range in which it holds, and returns
@@ -35,6 +36,7 @@ pub mod elastic_paraboloid;
 pub mod elastic_plane_punch;
 pub mod elastic_wedge;
 pub mod hertz;
+pub mod hertz_radiation;
 pub mod paraboloid;
 pub mod plane_punch;
 pub mod quadrature;

@@ -11,6 +11,7 @@ use crate::{
         self, Finding,
         admissible::{self, Trial},
         cost::{self, Estimate},
+        impact::Expected,
         rigidity::Rigidity,
         theory::Trust,
     },
@@ -110,6 +111,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, findings: &
             "cells_across": cells_across(case, &hertz),
             "cells_for_ten_across": cells_for_ten(case, &hertz),
         })),
+        "impact": Expected::of(case),
         "grading": case.grading_facts().map(|facts| {
             let length = case.units().length;
             let [surface, middle, back] = facts.wavelengths.map(|x| length.of(x));
@@ -176,6 +178,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
     rows.extend(case.grading_facts().map(|facts| ("grading", grading(case, &facts))));
     rows.extend(Hertz::of(case).map(|hertz| ("contact", contact(case, &hertz))));
+    rows.extend(Expected::of(case).iter().flat_map(Expected::rows));
     rows.extend([("frames", frames(case))]);
     rows.extend(section(case).map(|section| ("section", section)));
     rows.extend([
@@ -200,10 +203,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
 }
 
-/// Ratio of contact moduli above which it is said what an indenter that gives does.
-const NOTED_RATIO: f64 = 0.05;
-
-/// The contact by Hertz, in the units of the case, and the cells that ten across it need.
+/// The contact that is computed, by Hertz in the units of the case, and the cells that ten across it need.
 fn contact(case: &Case, hertz: &Hertz) -> String {
     let Units { length, time, force, .. } = case.units();
     let radius = length.text(hertz.largest_radius());
@@ -213,19 +213,8 @@ fn contact(case: &Case, hertz: &Hertz) -> String {
         Some(_) => String::new(),
         None => format!("; ten cells across need mesh.cells = {}", cells_for_ten(case, hertz)),
     };
-    // of an indenter that gives as its material does, if that is another force
-    let other =
-        Rigidity::of(case).filter(|rigidity| rigidity.modulus_ratio > NOTED_RATIO).and_then(|rigidity| {
-            let modulus = case.modulus() / (1.0 + rigidity.modulus_ratio);
-            let (velocity, mass) = (case.impact.velocity, case.indenter.mass);
-            Hertz::with_modulus(velocity, hertz.nose_radius(), mass, modulus).ok()
-        });
-    let gives = other.map_or_else(String::new, |hertz| {
-        let [duration, peak] = [time.text(hertz.duration()), force.text(hertz.largest_force())];
-        format!("; with indenter.body = \"elastic\" {duration}, {peak}")
-    });
     format!(
-        "by Hertz, on a half-space of {target}: largest radius {radius}, {:.1} cells across the diameter; it lasts {duration}, peak force {peak}{gives}{ten}",
+        "by Hertz, on a half-space of {target}: largest radius {radius}, {:.1} cells across the diameter; it lasts {duration}, peak force {peak}{ten}",
         cells_across(case, hertz)
     )
 }

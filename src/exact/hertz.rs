@@ -37,6 +37,7 @@ const POINTS: usize = 40;
 pub struct Hertz {
     velocity: f64,
     nose_radius: f64,
+    mass: f64,
     modulus: f64,
     /// w_m \[R\]
     largest_depth: f64,
@@ -90,7 +91,7 @@ impl Hertz {
         positive("modulus", modulus, f64::INFINITY, "E* > 0")?;
         let largest_depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
         let rule = gauss_legendre(POINTS);
-        let mut hertz = Self { velocity, nose_radius, modulus, largest_depth, rule, half_time: 0.0 };
+        let mut hertz = Self { velocity, nose_radius, mass, modulus, largest_depth, rule, half_time: 0.0 };
         hertz.half_time = hertz.clock(libm::pow(FRAC_PI_2, 0.8));
         Ok(hertz)
     }
@@ -98,6 +99,11 @@ impl Hertz {
     /// The ball of a case, rigid or not, on a half-space of the struck layer; `None` without a ball of finite mass in the full theory, or if its
     /// contact would be wider than the indenter.
     pub fn of(case: &Case) -> Option<Self> {
+        Self::of_modulus(case, case.modulus())
+    }
+
+    /// The same with another modulus of the contact \[γc_p²\].
+    pub(crate) fn of_modulus(case: &Case, modulus: f64) -> Option<Self> {
         let (Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) = case.indenter.head else {
             return None;
         };
@@ -106,7 +112,7 @@ impl Hertz {
             return None;
         }
         let (velocity, mass) = (case.impact.velocity, case.indenter.mass);
-        let hertz = Self::with_modulus(velocity, nose_radius, mass, case.modulus()).ok()?;
+        let hertz = Self::with_modulus(velocity, nose_radius, mass, modulus).ok()?;
         (hertz.largest_radius() <= case.shape().radius()).then_some(hertz)
     }
 
@@ -120,9 +126,24 @@ impl Hertz {
         2.0 * self.half_time * self.largest_depth / self.velocity
     }
 
+    /// V0 \[c_p\]
+    pub fn velocity(&self) -> f64 {
+        self.velocity
+    }
+
     /// ρ \[R\]
     pub fn nose_radius(&self) -> f64 {
         self.nose_radius
+    }
+
+    /// M \[πγR³\]
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Largest depth w_m, half-way through \[R\].
+    pub fn largest_depth(&self) -> f64 {
+        self.largest_depth
     }
 
     /// Largest contact radius, half-way through \[R\].

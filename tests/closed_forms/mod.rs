@@ -6,7 +6,6 @@
 //! | [`collision`] | plane waves in two stacks of layers that collide, and part |
 //! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
-//! | [`hertz_radiation`] | impact of a rigid ball on a half-space, full theory: Hertz, with the energy that waves carry away |
 //! | [`lamb`] | displacement of the surface under a pulse on a line, full theory |
 //! | [`pekeris`] | displacement of the surface under a force on a point, full theory, ν = 1/4 |
 //! | [`surface_wave`] | speed of waves along coated surfaces, full theory: for `src/exact/tests` |
@@ -16,7 +15,6 @@ pub mod column;
 mod complex;
 pub mod disc_stiffness;
 pub mod elastic_strip_stiffness;
-pub mod hertz_radiation;
 pub mod lamb;
 mod layer_kernel;
 mod linear;

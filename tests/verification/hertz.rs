@@ -6,10 +6,19 @@
 //!  ───│a│─── PMMA
 //! ```
 
-use percuss::{case::Case, exact::closed_form::ClosedForm, session, simulation::Simulation, view::View};
+use percuss::{
+    case::Case,
+    exact::{
+        closed_form::ClosedForm,
+        hertz::Hertz,
+        hertz_radiation::{Impact, on_half_space},
+    },
+    session,
+    simulation::Simulation,
+    view::View,
+};
 
 use super::run;
-use crate::closed_forms::hertz_radiation::{Impact, impact};
 
 const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nmaterial = \"pmma\"\n[indenter]\n\
     shape = \"sphere\"\nnose_radius = \"3 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"2 m/s\"\n\
@@ -72,8 +81,8 @@ fn balls_lose_what_waves_carry_away() {
             Case::parse("ball", BALL, &more, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
         assert_eq!(case.mesh.density(), ("mesh.contact_cells", 20));
         let beta = case.target.material.shear_wave_speed;
-        let Impact { force, duration, contact_radius, restitution } =
-            impact(case.impact.velocity, 1.0, case.indenter.mass, beta).expect("a ball");
+        let Impact { force, duration, contact_radius, restitution, .. } =
+            on_half_space(&Hertz::of(&case).expect("a ball"), beta).expect("a material");
         let mut peak = [0.0_f64; 2];
         let mut contact = Vec::new();
         let mut look = |view: &View<'_>| {

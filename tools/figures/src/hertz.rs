@@ -2,12 +2,17 @@
 
 use std::{fs, path::Path};
 
-use percuss::case::{Case, Head};
+use percuss::{
+    case::Case,
+    exact::{
+        hertz::Hertz,
+        hertz_radiation::{Impact, on_half_space},
+    },
+};
 use percuss_picture::Panel;
 
 use crate::{
     Failure, Progress,
-    closed_forms::hertz_radiation::{self, Impact},
     figure::{Figure, curve, exact},
     lab::{Lab, Points},
     page::{Page, Table, code},
@@ -71,11 +76,9 @@ impl Pair {
             format!("impact.velocity={velocity} m/s"),
         ];
         let case = Case::load(&case.display().to_string(), &settings)?;
-        let Head::Sphere { nose_radius } = case.indenter.head else { unreachable!("a ball") };
-        let beta = case.target.material.shear_wave_speed;
-        let (velocity_of, mass) = (case.impact.velocity, case.indenter.mass);
-        let found = hertz_radiation::impact(velocity_of, nose_radius, mass, beta)?;
-        let hertz = percuss::exact::hertz::Hertz::new(velocity_of, nose_radius, mass, beta)?.largest_force();
+        let contact = Hertz::of(&case).expect("a ball on a half-space");
+        let found = on_half_space(&contact, case.target.material.shear_wave_speed)?;
+        let hertz = contact.largest_force();
         let units = case.units();
         let expected = Impact {
             force: units.force.of(found.force),
