@@ -8,7 +8,7 @@
 //! * `document`, `errors`: TOML text with spans; problems and their places
 //! * [`keys`]: the table of all keys: kind, range, default, which cases have it, meaning; `bounds`, `quantity`: of its numbers
 //! * `values`, `system`, `scales`: the loop that reads them, dimensionless or physical
-//! * `read`, `target`, `indenter`, `striker`, `load`, `profile`, `gauges`: rules between keys, as functions on the values, and the case made of them
+//! * `read`, `target`, `indenter`, `striker`, `load`, `profile`, `gauges`, `sensors`: rules between keys, as functions on the values, and the case made of them
 //! * `parameters`: the data of a case; `sizes`, `rows`, `frames`, `density`: what is derived
 //! * `resolved`: the values back to TOML, with nothing left implicit
 //!
@@ -38,6 +38,7 @@ mod read;
 mod resolved;
 mod rows;
 mod scales;
+mod sensors;
 mod sizes;
 mod striker;
 mod system;
@@ -55,6 +56,7 @@ pub use parameters::{
 };
 pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;
+pub use sensors::{Face, Quantity, Sensor};
 
 /// A checked, complete case.
 ///

@@ -18,6 +18,7 @@ use crate::{
     view::View,
 };
 
+mod band_pass;
 mod drag;
 mod energy;
 mod event;
@@ -27,6 +28,7 @@ mod line;
 pub mod log;
 mod points;
 mod probes;
+mod sensor;
 mod velocity;
 pub mod view;
 
@@ -189,6 +191,8 @@ pub struct Catalogue {
     /// Channels that emit messages at frames only, fields and pictures, numbered after them. They observe on the writer
     /// thread, from a view that shares the frame, while the run continues.
     frames: Arc<Mutex<Vec<Channel>>>,
+    /// What sensors hold back to the end, see [`sensor`].
+    held: Vec<sensor::Held>,
     /// Memory of the fields of a frame \[bytes\].
     frame_size: usize,
     units: Units,
@@ -213,8 +217,13 @@ impl Catalogue {
         for (number, line) in case.record.lines.iter().enumerate() {
             channels.push(line::channel(case, number, *line));
         }
+        let sensors = channels.len();
+        channels.extend((0..case.record.sensors.len()).map(|number| sensor::channel(case, number)));
+        let held = (0..case.record.sensors.len())
+            .filter_map(|number| sensor::Held::new(case, number, sensors + number));
         let slices = case.record.fields.iter().map(|field| field::channel(case, *field));
-        Self::with(case, channels, slices.chain(view::channels(case)).collect())
+        let held = held.collect();
+        Self { held, ..Self::with(case, channels, slices.chain(view::channels(case)).collect()) }
     }
 
     /// The channels of a closed form for `case`.
@@ -236,7 +245,7 @@ impl Catalogue {
     fn with(case: &Case, channels: Vec<Channel>, frames: Vec<Channel>) -> Self {
         let frames = Arc::new(Mutex::new(frames));
         let (units, playback_rate) = (case.units(), case.record.playback_rate);
-        Self { channels, frames, frame_size: case.frame_size(), units, playback_rate }
+        Self { channels, frames, held: Vec::new(), frame_size: case.frame_size(), units, playback_rate }
     }
 
     /// Maps every channel, in the order of their numbers.
@@ -273,12 +282,35 @@ impl Catalogue {
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(self.units.time.of(view.time), self.playback_rate);
         observe_all(&mut self.channels, 0, view, log_time, recorder.batch());
+        self.held.iter_mut().for_each(|held| held.take(view));
         if view.frame.is_none() {
             return recorder.hand_over_if_full();
         }
         let (view, frames, first) = (view.share(), Arc::clone(&self.frames), self.channels.len());
         let observe = move |batch: &mut Batch| observe_all(&mut lock(&frames), first, &view, log_time, batch);
         recorder.defer(self.frame_size, Box::new(observe))
+    }
+
+    /// What has been held back so far.
+    pub fn held(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        self.held.iter_mut().map(|held| &mut held.values)
+    }
+
+    /// Writes what has been held back.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the recorder.
+    pub fn release(&self, recorder: &mut Recorder) -> Result<(), RecordingError> {
+        for held in &self.held {
+            for message in held.messages() {
+                let log_time = log_time(message.time, self.playback_rate);
+                Outlet { batch: recorder.batch(), channel: held.channel, log_time }.put(&message);
+                recorder.end_step();
+                recorder.hand_over_if_full()?;
+            }
+        }
+        Ok(())
     }
 
     /// Writes a line to the log channel.

@@ -13,7 +13,7 @@ use crate::{
 
 /// Units of what is measured.
 pub fn units(units: Units) -> measures::Units {
-    let Units { length, time, speed, force, energy, stress } = units;
+    let Units { length, time, speed, force, energy, stress, .. } = units;
     let [time, length, speed, force, energy, stress] =
         [time, length, speed, force, energy, stress].map(|unit| Some(unit.name.to_owned()));
     measures::Units { time, length, speed, force, energy, stress }

@@ -50,7 +50,7 @@ pub(crate) mod writer;
 /// * 2.2: targets of several layers and with a free back: `FieldSlice.z`, `LineSlice.s`, `Energy.layer_strain`, `Energy.layer_kinetic`,
 ///   `Event.interface`; layers and back in the run record. Other recordings have nothing new.
 /// * 2.3: `impact_velocity`, `mesh_loss`, `interface.<n>.tension` and `interface.<n>.shear` in `percuss.validity`; `Energy.residual` is absent where waves are damped; the record `percuss.summary`.
-///   Graded meshes: `FieldSlice.r`, `InterfaceStress.r`, `LineSlice.s` along r, too; the record `percuss.mesh`.
+///   `percuss.Sensor`. Graded meshes: `FieldSlice.r`, `InterfaceStress.r`, `LineSlice.s` along r, too; the record `percuss.mesh`.
 pub const FORMAT_VERSION: &str = "2.3";
 
 /// Revision of the numerics: results of the same revision are the same bit for bit. It changes with the golden digests, which a

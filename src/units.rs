@@ -28,6 +28,8 @@ pub enum Dimension {
     Length,
     /// Time.
     Time,
+    /// Frequency.
+    Frequency,
     /// Speed.
     Speed,
     /// Density.
@@ -73,6 +75,7 @@ impl Scales {
         match dimension {
             Dimension::Length => length,
             Dimension::Time => length / speed,
+            Dimension::Frequency => speed / length,
             Dimension::Speed => speed,
             Dimension::Density => density,
             Dimension::Stress => stress,
@@ -189,6 +192,8 @@ pub struct Units {
     pub length: Unit,
     /// Times.
     pub time: Unit,
+    /// Frequencies.
+    pub frequency: Unit,
     /// Velocities.
     pub speed: Unit,
     /// Stresses.
@@ -209,6 +214,7 @@ impl Units {
         Self {
             length: unit(Dimension::Length),
             time: unit(Dimension::Time),
+            frequency: unit(Dimension::Frequency),
             speed: unit(Dimension::Speed),
             stress: unit(Dimension::Stress),
             force: unit(Dimension::Force),
@@ -256,6 +262,7 @@ fn unit(dimension: Dimension, geometry: Geometry) -> units::Unit {
     match (dimension, geometry) {
         (Dimension::Length, _) => units::LENGTH,
         (Dimension::Time, _) => units::TIME,
+        (Dimension::Frequency, _) => units::FREQUENCY,
         (Dimension::Speed, _) => units::SPEED,
         (Dimension::Density, _) => units::DENSITY,
         (Dimension::Stress, _) => units::STRESS,

@@ -18,13 +18,14 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Runs of both models, small, with all kinds of channels.
-const CASES: [[&str; 6]; 2] = [
+const CASES: [[&str; 7]; 2] = [
     [
         "fig5",
         "mesh.cells=30",
         "run.end_time=6",
         "record.points=[[0, 0.5]]",
         "record.lines=[{ r = 0 }]",
+        "record.sensor=[{ r = 0.2 }, { r = 0.2, aperture = 0.1, band = [0.5, 4] }]",
         "record.frames=40",
     ],
     [
@@ -33,6 +34,7 @@ const CASES: [[&str; 6]; 2] = [
         "run.end_time=6",
         "record.points=[[0, 0.5]]",
         "record.lines=[{ z = 0.5 }]",
+        "record.sensor=[{ r = 2, quantity = \"velocity\" }]",
         "record.frames=40",
     ],
 ];

@@ -242,6 +242,41 @@ fn points_at_one_depth_have_an_axis() {
 }
 
 #[test]
+fn sensors_show_what_points_of_a_free_face_do() {
+    let folder = folder();
+    let sensors = "record.sensor=[{ r = 0.5 }, { r = 0.5, face = \"back\", quantity = \"velocity\" }, \
+                   { r = 0, aperture = 0.4, band = [0.2, 3] }]";
+    let settings =
+        ["mesh.cells=20", "record.frames=0", "target.back=free", "record.points=[[0.5, 0], [0.5, 1]]"];
+    let case = case("fig5", &[&settings[..], &[sensors]].concat());
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let points: Vec<(u64, message::Points)> = messages(&bytes, "/points");
+    let [front, back, band] =
+        [0, 1, 2].map(|number| messages::<message::Sensor>(&bytes, &format!("/sensor/{number}")));
+    for (k, (log_time, points)) in points.iter().enumerate() {
+        assert_eq!((points.displacement.len(), points.step), (2, k as u64));
+        let expected = message::Sensor {
+            step: points.step,
+            time: points.time,
+            value: points.displacement[0],
+            filtered: None,
+        };
+        assert_eq!(front[k], (*log_time, expected));
+        assert_eq!(back[k].1.value, points.velocity[1]);
+        assert_eq!((band[k].0, band[k].1.step, band[k].1.time), (*log_time, points.step, points.time));
+    }
+    assert_eq!([&front, &back, &band].map(Vec::len), [points.len(); 3]);
+    // a flat face is in contact all over the aperture
+    assert!((band[20].1.value - points[20].1.displacement[0]).abs() < 1e-12 && band[20].1.filtered.is_some());
+    let channels = channels(&bytes);
+    let of = |number: usize, key: &str| {
+        channels[&format!("/sensor/{number}")].get(key).cloned().unwrap_or_default()
+    };
+    assert_eq!(of(1, "face") + &of(1, "quantity") + &of(1, "unit.value"), "backvelocityc_p");
+    assert!(of(2, "band") == "0.2 c_p/R, 3 c_p/R" && of(2, "filter").contains("zero phase"), "{channels:?}");
+}
+
+#[test]
 fn everything_the_contract_promises_is_there() {
     let folder = folder();
     let case =

@@ -14,7 +14,7 @@ use std::{fs, path::Path};
 use prost_build::Config;
 
 /// The message of every channel, relative to `schemas`; imports are added.
-const FILES: [&str; 15] = [
+const FILES: [&str; 16] = [
     "drag.proto",
     "energy.proto",
     "event.proto",
@@ -28,6 +28,7 @@ const FILES: [&str; 15] = [
     "line_slice.proto",
     "points.proto",
     "probes.proto",
+    "sensor.proto",
     "surface_profile.proto",
     "velocity.proto",
 ];

@@ -73,7 +73,8 @@ impl Record {
             Line::R(r) => Some((*r, "lines")),
             Line::Z(_) => None,
         });
-        let radii = self.points.iter().map(|[r, _]| (*r, "points")).chain(lines);
+        let sensors = self.sensors.iter().map(|sensor| (sensor.r + sensor.aperture, "sensor"));
+        let radii = self.points.iter().map(|[r, _]| (*r, "points")).chain(lines).chain(sensors);
         let lost = radii.filter(|(r, _)| *r > outer && *r < reach).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((r, key)) = lost else { return Some(()) };
         let message = format!("`mesh.outer_radius` = {outer:?} leaves out r = {r:?} of record.{key}");

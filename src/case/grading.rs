@@ -148,8 +148,9 @@ impl Parameters {
     /// Puts what a graded mesh was made of into the values.
     pub(super) fn complete_grading(&self, values: &mut Values<'_>) {
         let Some(Grading { near: [radius, depth], .. }) = self.mesh.grading else { return };
-        values.set("mesh.near_radius", radius);
-        values.set("mesh.near_depth", depth);
+        // no further than the target, beyond which none can be given
+        values.set("mesh.near_radius", radius.min(self.sizes.outer_radius));
+        values.set("mesh.near_depth", depth.min(self.target.thickness.unwrap_or(f64::INFINITY)));
     }
 
     /// Size of the cells near the contact \[R\].

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     model::{ModelKind, elastic, scheme},
-    units::Dimension::{self, Density, Force, Length, Mass, Speed, Stress, Time},
+    units::Dimension::{self, Density, Force, Frequency, Length, Mass, Speed, Stress, Time},
 };
 
 /// What the value of a key is.
@@ -160,6 +160,8 @@ pub(super) const RELATIVE: Bounds = SIZE;
 /// Keys of section `mesh` that only a graded mesh has.
 pub(super) const GRADED: [&str; 5] =
     ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
+/// Largest number of sensors.
+pub(super) const MAX_SENSORS: usize = 100;
 /// Largest number of layers.
 pub(super) const MAX_LAYERS: usize = 100;
 
@@ -261,6 +263,27 @@ pub(super) const BODY_BACK: Section = Section {
     keys: &[key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12)))
         .required()
         .means("of a rigid body that is bonded to the back, a drop weight")],
+};
+
+/// One sensor of a list.
+pub(super) const SENSOR: Section = Section {
+    path: "record.sensor",
+    keys: &[
+        key("r", LENGTH).required().means("radius of its middle"),
+        key("face", Kind::Name(&["front", "back"]))
+            .default("\"front\"")
+            .means("the struck face, or the far one, which has to be free"),
+        key("aperture", LENGTH)
+            .default("0.0")
+            .means("radius of the disc, in the plane half the width of the strip, over which it takes the mean; 0 for a point"),
+        key("quantity", Kind::Name(&["displacement", "velocity"]))
+            .default("\"displacement\"")
+            .means("of the face along z, positive along the blow"),
+        key("band", list(&Kind::Quantity(Frequency, SIZE), "frequencies", 2)).means(
+            "the lower and the upper corner of a band-pass, whose output is recorded beside the value: Butterworth, of second order at \
+             either corner, forward and backward, so that no phase is shifted, with half the amplitude at the corners",
+        ),
+    ],
 };
 
 /// The constants of a material.
@@ -535,6 +558,9 @@ pub(super) const SECTIONS: [Section; 7] = [
             key("points", list(&Kind::Pair(&[LENGTH, DEPTH]), "points", 10_000))
                 .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step; z < 0 is in an indenter that gives"),
             key("lines", list(&Kind::Line, "lines", 100)).means("stress along them, on `/line/0`, …"),
+            key("sensor", Kind::Tables).means(
+                "sensors on the faces, 100 at most: mean displacement or velocity over a disc, on `/sensor/0`, …, in every step",
+            ),
             key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
                 "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is \
                  −σ_zz, `pressure` the mean of the normal ones",
@@ -629,7 +655,7 @@ impl Kind {
 ///
 /// * `heading`: of the section, `target.layer`
 pub fn guide(heading: &str) -> Option<String> {
-    let others = [&ROOT, &LAYER, &BOND_STRENGTH, &MATERIAL, &BODY, &BODY_BACK, &FORCE];
+    let others = [&ROOT, &LAYER, &BOND_STRENGTH, &MATERIAL, &BODY, &BODY_BACK, &FORCE, &SENSOR];
     let mut sections = SECTIONS.iter().chain(others);
     let section = sections.find(|section| section.path == heading)?;
     let mut text =

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    FrameSteps, Frames, quantity,
+    FrameSteps, Frames, Sensor, quantity,
     rows::{self, LARGEST_CHANGE},
     values::Checked,
 };
@@ -193,10 +193,11 @@ impl Parameters {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
-    /// Points and lines in the target that are recorded.
+    /// Points and lines in the target that are recorded: after the points of the case those of its sensors.
     pub fn gauges(&self) -> Gauges {
         let Record { points, lines, .. } = &self.record;
-        Gauges { points: points.clone(), lines: lines.clone(), columns: self.shown_columns() }
+        let points = points.iter().copied().chain(self.sensor_points()).collect();
+        Gauges { points, lines: lines.clone(), columns: self.shown_columns() }
     }
 
     /// Units of what is recorded.
@@ -445,6 +446,8 @@ pub struct Record {
     pub points: Vec<[f64; 2]>,
     /// Lines in the target, recorded with the interface stress.
     pub lines: Vec<Line>,
+    /// Sensors on the faces, recorded in every step.
+    pub sensors: Vec<Sensor>,
     /// Tension of an interface of layers from which on it is an event \[γc_p²\].
     pub layer_tension: f64,
     /// Fields recorded in frames.

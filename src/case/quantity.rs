@@ -10,6 +10,7 @@ type Units = &'static [(&'static str, i32)];
 
 const LENGTHS: Units = &[("m", 0), ("cm", -2), ("mm", -3), ("µm", -6), ("um", -6), ("nm", -9), ("km", 3)];
 const TIMES: Units = &[("s", 0), ("ms", -3), ("µs", -6), ("us", -6), ("ns", -9)];
+const FREQUENCIES: Units = &[("Hz", 0), ("kHz", 3), ("MHz", 6), ("GHz", 9)];
 const SPEEDS: Units = &[("m/s", 0), ("km/s", 3), ("mm/s", -3), ("cm/s", -2), ("mm/µs", 3), ("mm/us", 3)];
 const DENSITIES: Units = &[("kg/m³", 0), ("kg/m3", 0), ("g/cm³", 3), ("g/cm3", 3), ("t/m³", 3), ("t/m3", 3)];
 const STRESSES: Units =
@@ -24,6 +25,7 @@ fn units(dimension: Dimension, geometry: Geometry) -> Units {
     match (dimension, geometry) {
         (Dimension::Length, _) => LENGTHS,
         (Dimension::Time, _) => TIMES,
+        (Dimension::Frequency, _) => FREQUENCIES,
         (Dimension::Speed, _) => SPEEDS,
         (Dimension::Density, _) => DENSITIES,
         (Dimension::Stress, _) => STRESSES,
@@ -40,6 +42,7 @@ pub(super) fn example(dimension: Dimension, geometry: Geometry) -> (&'static str
     match (dimension, geometry) {
         (Dimension::Length, _) => ("length", "10 mm"),
         (Dimension::Time, _) => ("time", "250 us"),
+        (Dimension::Frequency, _) => ("frequency", "20 kHz"),
         (Dimension::Speed, _) => ("speed", "5 m/s"),
         (Dimension::Density, _) => ("density", "7.85 g/cm3"),
         (Dimension::Stress, _) => ("stress", "210 GPa"),
@@ -95,6 +98,7 @@ pub fn quantity_si(text: &str, geometry: Geometry) -> Option<(f64, &'static str)
     let dimensions = [
         Dimension::Length,
         Dimension::Time,
+        Dimension::Frequency,
         Dimension::Speed,
         Dimension::Density,
         Dimension::Stress,

@@ -8,7 +8,7 @@ use super::{
     document::Document,
     gauges, grading, indenter,
     keys::SIZE,
-    load, striker,
+    load, sensors, striker,
     system::Numbers,
     target,
     values::{Checked, Values},
@@ -91,6 +91,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         };
         case.grade(&mut values)?;
         case.sizes = case.derive_sizes(&values)?;
+        case.check_bands(&values)?;
         case.complete(&mut values);
         case.resolved = values.checked.clone();
         Some(case)
@@ -206,6 +207,7 @@ fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Opti
     if indenter.is_some() {
         gauges::check_depths(values, target.and_then(|target| target.thickness), height);
     }
+    sensors::check(values, target);
     if values.number("record.playback_rate").is_none() {
         let end_time = values.number("run.end_time").unwrap_or(1.0);
         let rate = values.system.scales.map_or(1.0, |scales| {
@@ -227,6 +229,7 @@ fn record(values: &Values<'_>) -> Option<Record> {
         layer_tension: values.number("record.layer_tension").unwrap_or_default(),
         points: values.get("record.points").unwrap_or_default(),
         lines: gauges::lines(values),
+        sensors: sensors::sensors(values),
         fields: values.get("record.fields")?,
         r_max: values.number("record.r_max").unwrap_or(f64::INFINITY),
         field_every: values.get("record.field_every").unwrap_or(1),

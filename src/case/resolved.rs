@@ -10,7 +10,7 @@ use super::{
     Parameters,
     keys::{
         BODY, BODY_BACK, BOND_STRENGTH, FORCE, Kind, LAYER, LOAD, MATERIAL, OF_INDENTER, ROOT, SECTIONS,
-        Section,
+        SENSOR, Section,
     },
     system::{Numbers, System},
 };
@@ -80,6 +80,10 @@ impl Parameters {
                     Some(Part::Table(body))
                 }
                 ("load.force", _) => Some(self.section(&FORCE, &full)),
+                ("record.sensor", _) if !self.record.sensors.is_empty() => {
+                    let sensors = (1..=self.record.sensors.len()).map(|number| format!("{full}.{number}"));
+                    Some(Part::List(sensors.map(|sensor| self.section(&SENSOR, &sensor)).collect()))
+                }
                 // that of the layers
                 ("indenter.mass", _) if has_body => None,
                 (_, None) if name == "material" => {

@@ -17,8 +17,8 @@ use super::{
     document::{Document, Span, text},
     errors::is_alike,
     keys::{
-        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, LOAD, MAX_LAYERS, OF_INDENTER, ROOT,
-        SECTIONS, SHAPES, SIZE, Section, Who,
+        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, LOAD, MAX_LAYERS, MAX_SENSORS, OF_INDENTER,
+        ROOT, SECTIONS, SENSOR, SHAPES, SIZE, Section, Who,
     },
     system::{Numbers, System},
 };
@@ -45,6 +45,8 @@ pub(super) struct Values<'d> {
     pub striker_layers: Option<usize>,
     /// True for a load in place of an indenter.
     pub is_loaded: bool,
+    /// Number of sensors.
+    pub sensors: usize,
     pub checked: Checked,
     /// Places of all keys that are given, refused or not, and of sections.
     places: BTreeMap<String, Span>,
@@ -86,15 +88,18 @@ impl<'d> Values<'d> {
             layers: None,
             striker_layers: None,
             is_loaded: root.contains_key(LOAD),
+            sensors: 0,
             checked: Checked::new(),
             places: BTreeMap::from([(String::new(), 0..0)]),
         };
         let mut tables = SECTIONS.each_ref().map(|section| values.take_section(&mut root, section.path));
-        let [target, indenter, _, load, ..] = &mut tables;
+        let [target, indenter, _, load, .., record] = &mut tables;
         values.shape = text(indenter, "shape").filter(|shape| SHAPES.contains(shape)).map(str::to_owned);
         let body = values.take_body(indenter);
-        let mut layers = values.take_layers(target, "target.layer");
+        let mut layers = values.take_tables(target, "target.layer", (MAX_LAYERS, "layers"));
         values.layers = layers.as_ref().map(Vec::len);
+        let sensors = values.take_tables(record, SENSOR.path, (MAX_SENSORS, "sensors")).unwrap_or_default();
+        values.sensors = sensors.len();
         let (struck, path) = match &mut layers {
             Some(layers) => (layers.first_mut(), "target.layer.1"),
             None => (Some(target), "target"),
@@ -117,6 +122,9 @@ impl<'d> Values<'d> {
         }
         for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
             values.read_section(&LAYER, &format!("target.layer.{number}"), layer);
+        }
+        for (number, sensor) in (1..).zip(sensors) {
+            values.read_section(&SENSOR, &format!("{}.{number}", SENSOR.path), sensor);
         }
         if let Some((body, back)) = body {
             values.read_body(body, back);
@@ -168,7 +176,7 @@ impl<'d> Values<'d> {
             self.problem(BODY.path, message, "leave the key out, or set the model");
         }
         let path = format!("{}.layer", BODY.path);
-        let layers = self.take_layers(&mut body, &path);
+        let layers = self.take_tables(&mut body, &path, (MAX_LAYERS, "layers"));
         if layers.is_none() {
             self.need(
                 &path,
@@ -185,12 +193,20 @@ impl<'d> Values<'d> {
         }
     }
 
-    /// The tables of a list of layers, if there is one; what is no table is refused.
-    fn take_layers(&mut self, body: &mut DeTable<'d>, list: &str) -> Option<Vec<DeTable<'d>>> {
-        let value = body.remove("layer")?;
+    /// The tables of a list, if there is one; what is no table is refused.
+    ///
+    /// * `list`: its full name
+    /// * `most`: largest number of tables, and a word for them
+    fn take_tables(
+        &mut self,
+        section: &mut DeTable<'d>,
+        list: &str,
+        (most, noun): (usize, &str),
+    ) -> Option<Vec<DeTable<'d>>> {
+        let value = section.remove(list.rsplit('.').next()?)?;
         let place = value.span();
         self.places.insert(list.into(), place.clone());
-        let mut layers = Vec::new();
+        let mut tables = Vec::new();
         let refuse = |place, name: &str, form, value: &DeValue<'_>| {
             let message = format!("`{name}` is {}, it must be {form}", describe(value));
             let help =
@@ -198,9 +214,9 @@ impl<'d> Values<'d> {
             self.document.problem(place, message, help);
         };
         match value.into_inner() {
-            DeValue::Array(found) if !(1..=MAX_LAYERS).contains(&found.len()) => {
-                let message = format!("`{list}` has {} layers", found.len());
-                self.document.problem(place, message, format!("allowed: 1 to {MAX_LAYERS}"));
+            DeValue::Array(found) if !(1..=most).contains(&found.len()) => {
+                let message = format!("`{list}` has {} {noun}", found.len());
+                self.document.problem(place, message, format!("allowed: 1 to {most}"));
             }
             DeValue::Array(found) => {
                 for (number, value) in (1..).zip(found) {
@@ -208,7 +224,7 @@ impl<'d> Values<'d> {
                     match value.into_inner() {
                         DeValue::Table(table) => {
                             self.places.insert(path, place);
-                            layers.push(table);
+                            tables.push(table);
                         }
                         other => refuse(place, &path, "a table", &other),
                     }
@@ -216,7 +232,7 @@ impl<'d> Values<'d> {
             }
             other => refuse(place, list, "a list of tables", &other),
         }
-        Some(layers)
+        Some(tables)
     }
 
     /// Reads the keys of a section, and completes it.

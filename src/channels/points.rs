@@ -23,6 +23,7 @@ pub fn channel(case: &Case) -> Channel {
         let note = FieldNote::new(name, unit.name, meaning);
         if has_axis { note.along(&radii) } else { note }
     });
+    let count = points.len();
     let mut message = percuss::Points::default();
     Channel::new("/points", "percuss.Points", fields.into(), move |view, outlet| {
         let Some(gauges) = &view.gauges else { return };
@@ -30,14 +31,14 @@ pub fn channel(case: &Case) -> Channel {
         message.displacement.clear();
         message.velocity.clear();
         message.stress.clear();
-        for point in &gauges.points {
+        for point in &gauges.points[..count] {
             message.displacement.push(length.of(point.displacement));
             message.velocity.push(speed.of(point.velocity));
             message.stress.push(stress.of(point.stress));
         }
         outlet.put(&message);
     })
-    .emits(Rate::Step(HEAD + 24 * points.len() as u64))
+    .emits(Rate::Step(HEAD + 24 * count as u64))
     .remark("r", radii)
     .remark("z", depths)
 }

@@ -39,7 +39,8 @@ fn written(path: &Path, case: &Case) -> Head {
         }
     }
     let written = Written { messages: vec![3, 0, 11], bytes: 900, largest_chunk: 500, checksum: 7 };
-    let recorded = Recorded { step: last.0, time: last.1, written, seen: seen() };
+    let recorded =
+        Recorded { step: last.0, time: last.1, written, seen: seen(), held: vec![vec![0.5, 0.25]] };
     let head = Head::new(case, Engine::Blocked, recorded);
     let size = write(path, &head, &mut simulation).expect("room");
     assert_eq!(size, fs::metadata(path).expect("a file").len());

@@ -365,6 +365,34 @@ impl ::prost::Name for Probes {
         "/percuss.Probes".into()
     }
 }
+/// What a sensor on a face of the target shows, one message per step: the mean of displacement or velocity along z over a disc. Which one, where
+/// and over which is in the channel metadata `quantity`, `face`, `r` and `aperture`.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Sensor {
+    /// Number k of the step.
+    #[prost(uint64, tag = "1")]
+    pub step: u64,
+    /// Time t = k dt. \[R/c_p\]
+    #[prost(double, tag = "2")]
+    pub time: f64,
+    /// Mean of u_z or of its velocity, as computed, positive along the blow. \[R or c_p\]
+    #[prost(double, tag = "3")]
+    pub value: f64,
+    /// The same through the band-pass of the channel metadata `band` and `filter`, if the sensor has one. Its phase is zero, which takes the
+    /// whole series: the messages of such a sensor stand at the end of the recording, with the times of their steps. \[R or c_p\]
+    #[prost(double, optional, tag = "4")]
+    pub filtered: ::core::option::Option<f64>,
+}
+impl ::prost::Name for Sensor {
+    const NAME: &'static str = "Sensor";
+    const PACKAGE: &'static str = "percuss";
+    fn full_name() -> ::prost::alloc::string::String {
+        "percuss.Sensor".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/percuss.Sensor".into()
+    }
+}
 /// The surface of the target at one time, for x-y plots in viewers: all arrays have the same length. The exact numbers are in
 /// the channels /interface/stress and /field/displacement; these are thinned out and rounded to single precision.
 #[derive(Clone, PartialEq, ::prost::Message)]

@@ -85,6 +85,8 @@ pub struct Recorded {
     pub written: Written,
     /// What was measured of them.
     pub seen: Observations,
+    /// Values that sensors hold back to the end.
+    pub held: Vec<Vec<f64>>,
 }
 
 /// Name of the attachment with the resolved case.
@@ -147,6 +149,9 @@ impl Recording {
         let mut recording = Self::begin(recorder, case, Source::Simulation, host)?;
         recording.recorder.copy(left, recorded.written.clone())?;
         recording.measuring.resume(recorded.seen.clone());
+        for (held, values) in recording.catalogue.held().zip(&recorded.held) {
+            held.clone_from(values);
+        }
         recording.last = Some((recorded.step, recorded.time));
         Ok(recording)
     }
@@ -202,7 +207,8 @@ impl Recording {
     pub(crate) fn seal(&mut self) -> Result<Recorded, RecordingError> {
         let (step, time) = self.last.unwrap_or_default();
         let (written, seen) = (self.recorder.seal()?, self.measuring.seen().clone());
-        Ok(Recorded { step, time, written, seen })
+        let held = self.catalogue.held().map(|values| values.clone()).collect();
+        Ok(Recorded { step, time, written, seen, held })
     }
 
     /// What was measured of the run.
@@ -286,6 +292,7 @@ impl Observer for Recording {
 
     /// Writes the last log line, validity, measures, status and the summary of the file.
     fn end(&mut self, status: &Status, validity: &Validity) -> Result<(), RunError> {
+        self.catalogue.release(&mut self.recorder)?;
         let (step, time) = self.last.unwrap_or((0, 0.0));
         let level = if matches!(status, Status::Failed(_)) { Level::Error } else { Level::Info };
         let text = format!("{}: {}", status.name(), status.message());

@@ -5,4 +5,5 @@ pub mod json;
 pub mod json_lines;
 pub(crate) mod mapping;
 pub mod npy;
+pub mod sac;
 pub mod vtk;

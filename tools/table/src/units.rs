@@ -21,6 +21,8 @@ const fn unit(quantity: &'static str, plain: &'static str, si: &'static str, sca
 pub const LENGTH: Unit = unit("length", "R", "m", "scale.length_m");
 /// Time.
 pub const TIME: Unit = unit("time", "R/c_p", "s", "scale.time_s");
+/// Frequency.
+pub const FREQUENCY: Unit = unit("frequency", "c_p/R", "Hz", "scale.frequency_hz");
 /// Speed.
 pub const SPEED: Unit = unit("velocity", "c_p", "m/s", "scale.speed_m_per_s");
 /// Stress.

@@ -18,6 +18,7 @@ use percuss_picture::{Medium, draw_image};
 
 use crate::{
     axis::Axis,
+    command::trace::{Request, trace},
     extent::Extents,
     failure::Failure,
     format::vtk::{pvd, vti, vtr},
@@ -26,7 +27,7 @@ use crate::{
     recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window, finite_time},
     slice::{Slice, mismatch, moments, slice},
-    verb::{Exit, Verb, Write, by_extension, loss, print, same_file, say},
+    verb::{Exit, TableFormat, Verb, Write, by_extension, commit, loss, losses, print, same_file, say},
 };
 
 pub use image::{Camera, Image};
@@ -49,17 +50,19 @@ Examples:
   percuss-read export fig5.mcap --topic /field/stress -o series.pvd
   percuss-read export fig5.mcap --topic /field/stress --at-time 1 \\
       -o field.png
+  # a sensor, for seismologists
+  percuss-read export plate.mcap --topic /sensor/0 -o sensor.sac
   # an image, 2.5 s after the start
   percuss-read export robot.mcap --topic /camera --at-time 2.5 -o image.jpg
   # all images, named by log time
   percuss-read export robot.mcap --topic /camera -o images/";
 
-/// Attachments, and fields at one time (NPY, VTK, PNG, SVG)
+/// Attachments, fields at one time (NPY, VTK, PNG, SVG), and traces (SAC)
 #[derive(Debug, Args)]
 #[command(after_help = EXPORT_EXAMPLES, override_usage = EXPORT_USAGE)]
 #[command(mut_arg("output", |output| output.help(
     "Output: a folder with --attachments; .npy, .npz (with positions), .vti, .vtr (also of layers), .png or .svg with --topic, \
-     or .pvd for all times; of images .png, .jpg or .webp as they are recorded, or a folder, with a slash at the end if it is new, \
+     or .pvd for all times; .sac of numbers over time; of images .png, .jpg or .webp as they are recorded, or a folder, with a slash at the end if it is new, \
      for all of them"
 )))]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["attachment", "attachments", "topic"])))]
@@ -103,6 +106,9 @@ impl Verb for Export {
                 let is_folder = output.is_dir() || output.as_os_str().as_encoded_bytes().ends_with(b"/");
                 return if is_folder { self.images(&camera, output) } else { self.image(&camera, output) };
             }
+            if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("sac")) {
+                return self.sac(topic, limits);
+            }
             // a file of one time, or the time series
             let mut forms = FORMS.map(|(extension, form)| (extension, Some(form))).to_vec();
             forms.push(("pvd", None));
@@ -119,6 +125,20 @@ impl Verb for Export {
 }
 
 impl Export {
+    /// All of a topic over time.
+    fn sac(&self, topic: &Pattern, limits: Limits) -> Result<Exit, Failure> {
+        if self.at_time.is_some() {
+            return Err(Failure::Usage("a .sac is of all times; leave out --at-time".into()));
+        }
+        let request = Request { topics: vec![topic.clone()], ..Request::default() };
+        let mut output = self.write.begin();
+        let files = std::slice::from_ref(&self.file);
+        let written = trace(files, &request, limits, &mut *TableFormat::Sac.sink(&mut output, limits));
+        let outcome = written.map_err(|failure| failure.at(self.write.path()))?;
+        commit(output)?;
+        Ok(losses(&outcome.damages, outcome.undecoded))
+    }
+
     /// A time series: its frames into a folder of its name, and after them the file that names them.
     fn series(&self, topic: &Pattern, output: &Path, limits: Limits) -> Result<Exit, Failure> {
         if self.at_time.is_some() {

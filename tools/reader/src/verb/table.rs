@@ -12,6 +12,7 @@ use crate::{
         json::Json,
         json_lines::JsonLines,
         npy::{Npy, Shape},
+        sac::Sac,
     },
     recording::Limits,
 };
@@ -46,11 +47,13 @@ pub(crate) enum TableFormat {
     Npy,
     /// NumPy arrays, one per column; of one topic with a field, a profile or a line, all of it over time, z and r, with these
     Npz,
+    /// SAC, a trace of seismology: the first of the fields, m and m/s as nm and nm/s
+    Sac,
 }
 
 impl TableFormat {
     /// Those of a row for every time, by extension.
-    pub(crate) const TRACE: [(&'static str, Self); 7] = [
+    pub(crate) const TRACE: [(&'static str, Self); 8] = [
         ("csv", Self::Csv),
         ("jsonl", Self::Jsonl),
         ("ndjson", Self::Jsonl),
@@ -58,6 +61,7 @@ impl TableFormat {
         ("parquet", Self::Parquet),
         ("npy", Self::Npy),
         ("npz", Self::Npz),
+        ("sac", Self::Sac),
     ];
     /// Those of a row for every recording, by extension.
     pub(crate) const SUMMARY: [(&'static str, Self); 4] =
@@ -90,6 +94,7 @@ impl TableFormat {
             Self::Parquet => Box::new(Parquet::new(output, PROGRAM, limits.kept())),
             Self::Npy => Box::new(Npy::new(output, Shape::Matrix, limits.memory)),
             Self::Npz => Box::new(Npy::new(output, Shape::Archive, limits.memory)),
+            Self::Sac => Box::new(Sac::new(output, limits.kept())),
         }
     }
 }

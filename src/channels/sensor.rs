@@ -1,0 +1,118 @@
+//! `/sensor/…`: mean displacement or velocity of a face over a disc, every step.
+//!
+//! The band-pass of a sensor takes the whole series, as its phase is zero. So the values of such a sensor are held back, 8 bytes a step, and its
+//! messages stand at the end of the recording; a checkpoint has what is held back.
+
+use super::{Channel, FieldNote, HEAD, Rate, band_pass::band_pass};
+use crate::{
+    case::{Case, Face, Quantity},
+    message::percuss,
+    units::{Unit, Units},
+    view::View,
+};
+
+/// What a sensor shows of a step, in the unit of the recording.
+fn value(case: &Case, number: usize) -> impl Fn(&View<'_>) -> Option<f64> + Send + 'static {
+    let (points, shares) = case.record.sensor(number, case.geometry);
+    let (quantity, unit) = (case.record.sensors[number].quantity, unit(case, number));
+    move |view| {
+        let points = view.gauges.as_ref()?.points.get(points.clone())?;
+        let terms = points.iter().zip(&shares).map(|(point, share)| {
+            share
+                * match quantity {
+                    Quantity::Displacement => point.displacement,
+                    Quantity::Velocity => point.velocity,
+                }
+        });
+        Some(unit.of(terms.sum()))
+    }
+}
+
+fn unit(case: &Case, number: usize) -> Unit {
+    let Units { length, speed, .. } = case.units();
+    match case.record.sensors[number].quantity {
+        Quantity::Displacement => length,
+        Quantity::Velocity => speed,
+    }
+}
+
+/// The channel of sensor number `number` of `case`; the messages of one with a band are those of [`Held`].
+pub fn channel(case: &Case, number: usize) -> Channel {
+    let Units { length, time, frequency, .. } = case.units();
+    let sensor = &case.record.sensors[number];
+    let (quantity, name) = match sensor.quantity {
+        Quantity::Displacement => ("displacement", "displacement u_z"),
+        Quantity::Velocity => ("velocity", "velocity of u_z"),
+    };
+    let face = match sensor.face {
+        Face::Front => "front",
+        Face::Back => "back",
+    };
+    let unit = unit(case, number).name;
+    let mut fields = vec![FieldNote::new(
+        "value",
+        unit,
+        format!("{name} along the blow, mean over the aperture, as computed"),
+    )];
+    if sensor.band.is_some() {
+        fields.push(FieldNote::new("filtered", unit, "the same through the band-pass"));
+    }
+    let value = value(case, number);
+    let is_held = sensor.band.is_some();
+    let channel = Channel::new(format!("/sensor/{number}"), "percuss.Sensor", fields, move |view, outlet| {
+        let Some(value) = value(view).filter(|_| !is_held) else { return };
+        outlet.put(&percuss::Sensor { step: view.step, time: time.of(view.time), value, filtered: None });
+    })
+    .emits(Rate::Step(HEAD))
+    .remark("quantity", quantity)
+    .remark("face", face)
+    .remark("r", length.of(sensor.r).to_string())
+    .remark("aperture", length.of(sensor.aperture).to_string());
+    let Some(band) = sensor.band else { return channel };
+    let [low, high] = band.map(|corner| format!("{} {}", frequency.of(corner), frequency.name));
+    channel
+        .remark("band", format!("{low}, {high}"))
+        .remark("filter", "Butterworth, second order at either corner, forward and backward: zero phase, half the amplitude at the corners")
+}
+
+/// What a sensor with a band holds back.
+pub struct Held {
+    /// Number of its channel.
+    pub channel: usize,
+    value: Box<dyn Fn(&View<'_>) -> Option<f64> + Send>,
+    /// Corners, in sampling rates.
+    band: [f64; 2],
+    /// Time step \[R/c_p\], and its unit in the recording.
+    dt: f64,
+    time: Unit,
+    /// Its values in all steps so far.
+    pub values: Vec<f64>,
+}
+
+impl Held {
+    /// What sensor number `number` of `case` holds back, if it has a band.
+    ///
+    /// * `channel`: number of its channel
+    pub fn new(case: &Case, number: usize, channel: usize) -> Option<Self> {
+        let (dt, time) = (case.sizes.dt, case.units().time);
+        let band = case.record.sensors[number].band?.map(|corner| corner * dt);
+        Some(Self { channel, value: Box::new(value(case, number)), band, dt, time, values: Vec::new() })
+    }
+
+    /// Takes a step.
+    pub fn take(&mut self, view: &View<'_>) {
+        self.values.extend((self.value)(view));
+    }
+
+    /// The messages of its steps.
+    pub fn messages(&self) -> impl Iterator<Item = percuss::Sensor> {
+        let filtered = band_pass(&self.values, self.band);
+        let sensor = |(step, (&value, filtered)): (u64, (&f64, f64))| percuss::Sensor {
+            step,
+            time: self.time.of(step as f64 * self.dt),
+            value,
+            filtered: Some(filtered),
+        };
+        (0..).zip(self.values.iter().zip(filtered)).map(sensor)
+    }
+}
