@@ -47,6 +47,9 @@ pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
         let message = "`load.distribution` is given, but the load is on a point";
         values.problem("load.distribution", message, "give load.radius, or leave it out");
     }
+    if radius.is_none() {
+        values.checked.remove("load.distribution");
+    }
     Some(Load { radius, distribution, force: force? })
 }
 

@@ -7,7 +7,8 @@ use percuss_picture::{Curve, Panel};
 
 use crate::{
     Failure, Progress,
-    figure::{Figure, curve},
+    closed_forms::pekeris,
+    figure::{Figure, curve, exact},
     lab::{Lab, Made, Points, metadata, series},
     page::{Page, Table},
 };
@@ -164,6 +165,9 @@ const PLATES: [Plate; 3] = [
     },
 ];
 
+/// Peak and duration of the pulse on a half-space.
+const PEAK: f64 = 0.001;
+const DURATION: f64 = 1.75;
 /// Time in which an extreme is looked for about that published \[µs\].
 const NEAR: f64 = 0.6;
 
@@ -188,6 +192,7 @@ pub fn page(recordings: &Path, progress: &Progress, coarser: usize) -> Result<Pa
     for plate in &PLATES {
         figures.push(plate_figure(&lab, plate, &mut rows)?);
     }
+    figures.push(half_space(&lab)?);
     let far = Table {
         title: "Displacements of sensors".into(),
         text: "Extremes of the displacement along the blow, in nm; generalised rays in an infinite plate. The cases' own forces, not the recorded ones.".into(),
@@ -333,6 +338,37 @@ fn plate_figure(lab: &Lab<'_>, plate: &Plate, rows: &mut Vec<Vec<String>>) -> Re
         text,
         panels,
         made,
+        ..Figure::default()
+    })
+}
+
+/// A force on a point of a half-space, with the surface pulse of Pekeris.
+fn half_space(lab: &Lab<'_>) -> Result<Figure, Failure> {
+    const CASE: &str = "experiment-half-space";
+    let made = lab.run(CASE, CASE, &["mesh.cells=20"])?;
+    let mut curves = Vec::new();
+    for (colour, r) in [1.0, 2.0, 3.0].into_iter().enumerate() {
+        let computed = series(&made, "/points", &format!("displacement@r={r},z=0"))?;
+        let closed: Points =
+            computed.iter().map(|&(t, _)| (t, pekeris::cosine(PEAK, DURATION, r, t))).collect();
+        let name = if colour == 0 { "Pekeris" } else { "" };
+        curves.extend([curve(format!("r = {r}"), computed, colour), exact(name, closed)]);
+    }
+    let panels = vec![Panel {
+        title: "Displacement of the surface".into(),
+        x_label: "t [R/c_p]".into(),
+        y_label: "u [R]".into(),
+        curves,
+        ..Panel::default()
+    }];
+    let text = "A pulse of twenty cells of shear waves, on a point, at distances of 20, 40 and 60 cells; dashes are the closed form.";
+    let title = "Pekeris 1955: a point force on a half-space, ν = 1/4".into();
+    Ok(Figure {
+        id: format!("-{CASE}"),
+        title,
+        text: text.into(),
+        panels,
+        made: vec![made],
         ..Figure::default()
     })
 }
