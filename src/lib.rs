@@ -43,7 +43,7 @@
 //! | [`mod@state`] | the state of a run as a stream of bytes |
 //! | [`checkpoint`] | the file around a state, from which a run continues, and the observer that writes it |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
-//! | [`advice`] | findings about a case and its run; [`advice::Advised`] adds them to the events of a run. Estimates: error of the simplified theory ([`advice::theory`]), of a rigid indenter ([`advice::rigidity`]), size and time of a run ([`advice::cost`]), the admissible impact velocity by trials ([`advice::admissible`]) |
+//! | [`advice`] | findings about a case and its run; [`advice::Advised`] adds them to the events of a run. Estimates: error of the simplified theory ([`advice::theory`]), of a rigid indenter ([`advice::rigidity`]), what a ball comes to by Hertz and Zener ([`advice::impact`]), size and time of a run ([`advice::cost`]), the admissible impact velocity by trials ([`advice::admissible`]) |
 //! | [`measuring`] | what is measured of a run on the way |
 //! | [`mod@table`] | tables of measured numbers, for `advice` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |

@@ -219,6 +219,42 @@ fn outputs_that_cannot_be_written() {
 }
 
 #[test]
+fn a_ball_and_its_height_of_fall_give_its_force() {
+    let folder = folder();
+    let of = |verb: &str, more: &[&str]| {
+        let settings = [
+            "target.material=steel",
+            "indenter.diameter=62.4 mm",
+            "impact.drop=0.5 m",
+            "target.thickness=half-space",
+        ];
+        let settings = settings.iter().flat_map(|setting| ["--set", setting]);
+        let arguments = [verb, "ball"].into_iter().chain(settings).chain(more.iter().copied());
+        percuss(folder.path(), &arguments.collect::<Vec<_>>())
+    };
+    let check = String::from_utf8(of("check", &[]).stdout).expect("text");
+    for row in [
+        "impact     by Hertz with the moduli of both bodies: peak force 67.13 kN",
+        "yield      first by von Mises",
+    ] {
+        assert!(check.contains(row), "{check}");
+    }
+    let json: serde_json::Value = serde_json::from_slice(&of("check", &["--json"]).stdout).expect("JSON");
+    let force = |of: &str| json[of]["peak_force"].as_f64().expect("a force");
+    // of the same moduli: 2^(2/5)
+    assert!((force("hertz") / force("impact") / 2f64.powf(0.4) - 1.0).abs() < 1e-12, "{json}");
+    let run = of(
+        "run",
+        &["--set", "indenter.body=elastic", "--set", "mesh.contact_cells=8", "--set", "record.frames=0"],
+    );
+    assert!(
+        stderr(&run).contains("\npeak force 68.37 kN at t = 84.50 µs, contact 168.0 µs"),
+        "{}",
+        stderr(&run)
+    );
+}
+
+#[test]
 fn the_width_of_fields_is_reported() {
     let folder = folder();
     let [narrow, whole] = ["--", "--set=record.r_max=inf"].map(|more| {

@@ -62,6 +62,11 @@ impl<'a> Checkpoints<'a> {
             say: Box::new(say),
         }
     }
+
+    /// The recording.
+    pub(crate) fn recording(&self) -> &Recording {
+        &self.recording
+    }
 }
 
 impl Observer for Checkpoints<'_> {

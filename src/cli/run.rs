@@ -18,6 +18,7 @@ use percuss_output::{
     text::{printable, say},
 };
 use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, speed};
+use percuss_table::measures::Measure;
 use rayon::ThreadPool;
 
 use super::{
@@ -35,6 +36,7 @@ use crate::{
     recording::Destination,
     session::{self, Recording, RunError, Source, Status, recorded_case},
     simulation::{Engine, Simulation},
+    units::{Unit, Units},
     view::View,
 };
 
@@ -43,6 +45,10 @@ Examples:
   percuss run fig8-m5  # a built-in case, into fig8-m5.mcap
   percuss run my.toml -o runs/first.mcap --threads 2
   percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
+  # a steel ball of 1 kg falls from half a metre on steel: what force?
+  percuss run ball --set 'indenter.diameter=62.4 mm' --set 'impact.drop=0.5 m' \\
+      --set target.material=steel --set target.thickness=half-space \\
+      --set indenter.body=elastic
   # continue a run that was interrupted or has crashed
   percuss run my.toml --resume
   # watch it: connect a viewer to ws://127.0.0.1:8765
@@ -151,6 +157,8 @@ impl Run {
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {
+            let measures = recording.recording().measures(&outcome.validity);
+            answer(&case, &measures).iter().for_each(|text| progress.say(text));
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
             let dt = match case.scales {
                 Some(_) => case.units().time.text(sizes.dt),
@@ -270,6 +278,22 @@ impl Run {
         progress.say(&format!("live at {} for {}", live.url(), live.reach()));
         Ok(live)
     }
+}
+
+/// What an impact came to, in a line; none of a run without a force.
+fn answer(case: &Case, measures: &[Measure]) -> Option<String> {
+    let of = |name: &str| measures.iter().find(|measure| measure.name == name)?.value;
+    let Units { length, time, force, .. } = case.units();
+    let text = |unit: Unit, x: f64| unit.text_with_unit(4, x / unit.scale);
+    let (peak, at) = of("peak_force").zip(of("peak_time"))?;
+    let restitution = of("restitution_mesh_corrected").or(of("restitution"));
+    let more = [
+        of("contact_duration").map(|x| format!(", contact {}", text(time, x))),
+        of("contact_radius").map(|x| format!(", contact radius {}", text(length, x))),
+        restitution.map(|e| format!(", restitution {e:.4}")),
+    ];
+    let more: String = more.into_iter().flatten().collect();
+    Some(format!("peak force {} at t = {}{more}", text(force, peak), text(time, at)))
 }
 
 /// Refuses a name that is too long for the files that a run writes beside its recording.
