@@ -83,8 +83,10 @@ pub struct Plate {
     pub inelasticity: f64,
     /// Bending waves of the period of two contact times, in thicknesses.
     pub bending_wave: f64,
-    /// The impact on a thin plate by Zener; none on others, and if the ball hardly comes back.
-    pub thin: Option<Impact>,
+    /// True if these are long enough for the impact by Zener.
+    pub is_thin: bool,
+    /// The impact on a thin plate by Zener; none if the ball hardly comes back.
+    pub impact: Option<Impact>,
 }
 
 impl Expected {
@@ -169,7 +171,7 @@ impl Expected {
             let back = text(time, echo);
             let what = match (is_thick, self.plate) {
                 (true, _) => "when the contact is over: a thick target".into(),
-                (false, Some(plate)) if plate.bending_wave >= THIN => {
+                (false, Some(plate)) if plate.is_thin => {
                     format!("the contact lasts {:.1} times as long: a thin plate", self.duration / echo)
                 }
                 (false, _) => {
@@ -178,9 +180,9 @@ impl Expected {
             };
             ("echo", format!("of the back after {back}, {what}"))
         }));
-        rows.extend(self.plate.map(|Plate { inelasticity, bending_wave, thin }| {
-            let impact = match thin {
-                _ if bending_wave < THIN => {
+        rows.extend(self.plate.map(|Plate { inelasticity, bending_wave, is_thin, impact }| {
+            let impact = match impact {
+                _ if !is_thin => {
                     format!("; bending waves are {bending_wave:.1} thicknesses long, too short for its force")
                 }
                 None => "; the ball hardly comes back".into(),
@@ -210,14 +212,19 @@ fn plate(case: &Case, hertz: &Hertz) -> Option<Plate> {
     // k⁴ = γhω²/B
     let frequency = PI / hertz.duration();
     let bending_wave = 2.0 * PI * (bending / h).sqrt().sqrt() / frequency.sqrt() / h;
-    let thin = on_plate(hertz, impedance).filter(|_| bending_wave >= THIN).map(|impact| Impact {
+    let impact = on_plate(hertz, impedance).map(|impact| Impact {
         force: force.of(impact.force),
         peak_time: time.of(impact.peak_time),
         duration: time.of(impact.duration),
         contact_radius: length.of(impact.contact_radius),
         ..impact
     });
-    Some(Plate { inelasticity: inelasticity(hertz, impedance), bending_wave, thin })
+    Some(Plate {
+        inelasticity: inelasticity(hertz, impedance),
+        bending_wave,
+        is_thin: bending_wave >= THIN,
+        impact,
+    })
 }
 
 #[cfg(test)]
@@ -284,7 +291,9 @@ mod tests {
     #[test]
     fn a_steel_ball_on_thin_plates() {
         let found = on_steel(20.0, "thickness = \"8 mm\"\nback = \"free\"", "velocity = \"1 m/s\"");
-        let Some(Plate { inelasticity, thin: Some(thin), .. }) = found.plate else { panic!("{found:?}") };
+        let Some(Plate { inelasticity, is_thin: true, impact: Some(thin), .. }) = found.plate else {
+            panic!("{found:?}")
+        };
         near(found.peak_force, 1730.4, 1e-4);
         near(found.duration, 69.5e-6, 1e-3);
         near(thin.force, 1379.7, 1e-4);
@@ -300,8 +309,8 @@ mod tests {
             [(10.0, 119.2, 150e-6, 0.692), (4.0, 22.6, 57.9e-6, 0.942)]
         {
             let thin =
-                expected((diameter, STEEL), &plate, "velocity = \"1.4 m/s\"").plate.expect("a plate").thin;
-            let thin = thin.expect("a thin one");
+                expected((diameter, STEEL), &plate, "velocity = \"1.4 m/s\"").plate.expect("a plate").impact;
+            let thin = thin.expect("a rebound");
             near(thin.force, force, 2e-3);
             near(thin.duration, duration, 5e-3);
             near(thin.restitution, restitution, 1e-3);
@@ -316,7 +325,7 @@ mod tests {
                 &format!("thickness = \"{thickness}\"\nback = \"free\""),
                 "velocity = \"1 m/s\"",
             );
-            (found.echo.expect("a back").is_thick, found.plate.expect("a plate").thin.is_some())
+            (found.echo.expect("a back").is_thick, found.plate.expect("a plate").is_thin)
         };
         assert_eq!(["0.3 m", "50 mm", "8 mm"].map(of), [(true, false), (false, false), (false, true)]);
     }
