@@ -34,6 +34,7 @@ use crate::{
 mod cases;
 mod check;
 mod exact;
+mod fit;
 mod layers;
 mod layout;
 mod manual;
@@ -87,6 +88,8 @@ enum Command {
     Exact(exact::Exact),
     /// Run a case on refined meshes; orders, extrapolated values, error bars
     Study(study::StudyArguments),
+    /// Find values of keys with which a case gives what was measured
+    Fit(fit::FitArguments),
     /// Compute a case with keys that vary: thousands of cases, restartable, alone or in shards
     Sweep(Box<sweep::SweepArguments>),
     /// Validate a case; print its sizes and estimates of memory, file size and run time
@@ -210,6 +213,7 @@ impl Arguments {
             Command::Run(run) => run.run(),
             Command::Exact(exact) => exact.run(),
             Command::Study(study) => study.run(),
+            Command::Fit(fit) => fit.run(),
             Command::Sweep(sweep) => sweep.run(),
             Command::Check(check) => check.run(),
             Command::Layout(layout) => layout.run(),

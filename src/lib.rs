@@ -54,6 +54,7 @@
 //! | [`session`] | [`session::run`], the only loop over steps, computed or exact; observers; [`session::Recording`], the observer that writes a file |
 //! | [`recording`] | the MCAP writer |
 //! | [`sweep`] | a case with keys that vary: plan, journal, threads, shards, summary |
+//! | [`fit`] | values of keys with which a case gives what was measured |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
@@ -64,7 +65,7 @@
 //! Which module may use which is a test, `tests/house.rs`: from names and limits at the bottom over the numerics, the contact and the
 //! case to the session with its checkpoints, the findings and the program; nothing uses what is above it, and there are no circles.
 //!
-//! [`cli`], [`live`] and [`sweep`] belong to the program and its default feature `cli`.
+//! [`cli`], [`fit`], [`live`] and [`sweep`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
 //! figures), labels, colours and the painter of sections on pixels (`tools/canvas`, used by the pictures, the reader and the images of [`channels`]), tables and what is measured of a run (`tools/table`, used by [`measuring`], by [`sweep`] and by the reader), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
@@ -135,6 +136,8 @@ pub mod checkpoint;
 pub mod cli;
 mod contact;
 pub mod exact;
+#[cfg(feature = "cli")]
+pub mod fit;
 pub mod geometry;
 pub mod grid;
 mod indenter;

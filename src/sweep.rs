@@ -7,6 +7,7 @@
 //! | `sweep.toml` | what was asked: the case with its text, what is set and what varies. Its first line marks the folder as one of a sweep |
 //! | `manifest.jsonl` | the journal: a line for every case that is done, only ever appended to |
 //! | `summary.csv`, `summary.parquet` | a row for every case, in their order: what varies, and what [`percuss_table::measures`] reads off the run |
+//! | `uncertainty.csv` | of a sample by `--lhs`: mean and 5–95 % band of every measure, and which input explains it |
 //! | `runs/` | recordings, named by the number of the case and the beginning of its digest |
 //! | `tasks-JOB/` | which task of an array of Slurm has which shard |
 //! | `manifest-I-of-N.jsonl`, `summary-I-of-N.csv`, … | of shard I of N |
@@ -39,7 +40,7 @@
 //! * [`plan`]: the cases of a sweep, all checked before the first is run
 //! * [`journal`], [`folder`]: what is done; the files of a sweep
 //! * [`schedule`]: cases on threads, within a bound of memory
-//! * `measure`, `summary`: what is read off a run on the way; the table of it
+//! * `measure`, `summary`, `uncertainty`: what is read off a run on the way; the table of it, and of a random sample what it comes to
 //! * [`script`]: job scripts for schedulers of clusters
 
 pub mod folder;
@@ -52,6 +53,7 @@ pub mod schedule;
 pub mod script;
 pub mod spec;
 mod summary;
+pub mod uncertainty;
 
 /// Largest number of cases of a sweep.
 pub const MAX_CASES: usize = 1_000_000;

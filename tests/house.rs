@@ -10,7 +10,7 @@ use std::{
 };
 
 /// Modules of the library from the bottom up. Those of a line use modules of the lines before, not of their own or a later one.
-const LAYERS: [&[&str]; 11] = [
+const LAYERS: [&[&str]; 12] = [
     // names, limits, streams of bytes
     &["geometry", "input", "message", "recording", "state", "table", "validity"],
     &["grid", "indenter", "surface", "units"],
@@ -26,6 +26,7 @@ const LAYERS: [&[&str]; 11] = [
     &["advice", "checkpoint", "live"],
     // the program
     &["study", "sweep"],
+    &["fit"],
 ];
 
 /// A file that must not use another one, and all below it; with the reason.

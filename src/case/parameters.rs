@@ -1,5 +1,7 @@
 //! The data of a case, checked when a [`Case`](super::Case) is built.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -203,6 +205,17 @@ impl Parameters {
     /// Units of what is recorded.
     pub fn units(&self) -> Units {
         Units::new(self.geometry, self.scales)
+    }
+
+    /// Times or places and numbers of a CSV file of two columns, dimensionless; in a physical case each with its unit in the heading.
+    ///
+    /// * `of`: dimensions of the columns
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the file.
+    pub fn read_table(&self, path: &Path, of: [Dimension; 2]) -> Result<Vec<[f64; 2]>, String> {
+        super::profile::read_pairs(path, &self.system(), of)
     }
 
     /// The dimensionless number of a text: a plain one, in a physical case a quantity.

@@ -158,7 +158,7 @@ impl Parameters {
     }
 
     /// The system of its numbers.
-    fn system(&self) -> System {
+    pub(super) fn system(&self) -> System {
         let numbers = if self.scales.is_some() { Numbers::Physical } else { Numbers::Dimensionless };
         System { numbers, geometry: self.geometry, scales: self.scales }
     }

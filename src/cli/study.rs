@@ -285,7 +285,7 @@ fn table(case: &Case, study: &Study) -> String {
     text
 }
 /// Names of all that is measured of a case, in the order of the columns.
-fn names(case: &Case) -> Vec<String> {
+pub(super) fn names(case: &Case) -> Vec<String> {
     let interfaces = vec![Default::default(); case.sizes.layers.len() - 1];
     let measures = Observations::default().measures(&Said { interfaces, ..Said::default() });
     measures.into_iter().map(|measure| measure.name.into_owned()).collect()

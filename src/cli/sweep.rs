@@ -30,6 +30,7 @@ use crate::{
         schedule::{self, Broken, Limits},
         script::{Scheduler, script},
         spec::{Combine, Samples, Vary},
+        uncertainty::Spread,
     },
     units::engineering,
 };
@@ -359,6 +360,10 @@ impl SweepArguments {
             }
         }
         self.summarise(folder, plan, done)?;
+        let spreads = folder.write_uncertainty(plan, done)?;
+        if !spreads.is_empty() && !self.quiet {
+            print(&uncertainty(&spreads))?;
+        }
         let failed: Vec<String> = (1..)
             .zip(&plan.cases)
             .filter(|(_, case)| {
@@ -379,6 +384,20 @@ impl SweepArguments {
             plan.cases.len()
         )))
     }
+}
+
+/// Mean and band of every measure, and what explains it.
+fn uncertainty(spreads: &[Spread]) -> String {
+    let line = |Spread { heading, values, explained }: &Spread| {
+        let unit = heading.unit.as_deref().filter(|unit| *unit != "1").unwrap_or_default();
+        let [mean, low, high] = values.map(|value| engineering(value, unit));
+        let by = explained.as_ref().map_or_else(String::new, |(by, rho)| format!("  {by} ({rho:+.2})"));
+        format!("{:<28} {mean:>12} {low:>12} {high:>12}{by}\n", heading.name)
+    };
+    let head = ["measure", "mean", "5 %", "95 %", "explained by (rank correlation)"];
+    let [measure, mean, low, high, by] = head;
+    format!("{measure:<28} {mean:>12} {low:>12} {high:>12}  {by}\n")
+        + &spreads.iter().map(line).collect::<String>()
 }
 
 /// Failed cases that are named.

@@ -17,7 +17,9 @@ use super::{
     plan::{Digest, Plan},
     request::Keep,
     schedule::Job,
+    spec::Combine,
     summary,
+    uncertainty::{self, Columns, Spread},
 };
 
 /// Name of the sweep file in a folder.
@@ -317,6 +319,24 @@ impl Folder {
             .map_err(|error| Self::system(&self.path, error))?;
         self.write(&self.name("summary", "csv"), &csv)?;
         self.write(&self.name("summary", "parquet"), &parquet)
+    }
+
+    /// Writes what a random sample comes to, if the sweep is one, and returns it.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn write_uncertainty(&self, plan: &Plan, done: &Done) -> Result<Vec<Spread>, FolderError> {
+        if !matches!(plan.request.combine, Combine::Lhs(_)) {
+            return Ok(Vec::new());
+        }
+        let (mut columns, mut csv) = (Columns::default(), Vec::new());
+        let error = |error| Self::system(&self.path, error);
+        summary::write(plan, done, self.numbers(plan), &mut columns).map_err(error)?;
+        let spreads = columns.spreads(plan.keys().count());
+        uncertainty::write(&spreads, &mut Csv::new(&mut csv)).map_err(error)?;
+        self.write(&self.name("uncertainty", "csv"), &csv)?;
+        Ok(spreads)
     }
 }
 

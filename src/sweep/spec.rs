@@ -175,13 +175,18 @@ impl Vary {
         }
     }
 
-    fn range(&self) -> Result<(String, Range), SpecError> {
+    /// The key and the range of one that varies continuously.
+    ///
+    /// # Errors
+    ///
+    /// It is another variation.
+    pub fn range(&self) -> Result<(String, Range), SpecError> {
         let refuse = |what: String| SpecError::Spec { spec: self.text(), what };
-        let wanted = || refuse("--lhs takes samples of ranges: KEY=FROM:TO or KEY=FROM:TO:log".into());
+        let wanted = || refuse("a range is needed: KEY=FROM:TO or KEY=FROM:TO:log".into());
         let Self::Key { key, values: Value::String(text) } = self else { return Err(wanted()) };
         let range = Range::parse(text).ok_or_else(wanted)?.map_err(refuse)?;
         if range.count.is_some() {
-            return Err(refuse("with --lhs a range has no count of its own: FROM:TO or FROM:TO:log".into()));
+            return Err(refuse("this range has no count of its own: FROM:TO or FROM:TO:log".into()));
         }
         Ok((key.clone(), range))
     }
@@ -241,7 +246,8 @@ fn zip(axes: Vec<Axis>) -> Result<Axis, SpecError> {
 }
 
 /// A range of numbers, with a unit or without.
-struct Range {
+#[derive(Clone, Debug)]
+pub struct Range {
     /// Its ends \[unit\].
     ends: [f64; 2],
     /// As they are written, with their units.
@@ -253,7 +259,7 @@ struct Range {
 
 impl Range {
     /// Reads `FROM:TO[:COUNT][:log]`; `None` if the text is none at all, or why it is a wrong one.
-    fn parse(text: &str) -> Option<Result<Self, String>> {
+    pub fn parse(text: &str) -> Option<Result<Self, String>> {
         let mut parts: Vec<&str> = text.split(':').map(str::trim).collect();
         let is_log = parts.last() == Some(&"log");
         parts.truncate(parts.len() - usize::from(is_log));
@@ -299,10 +305,26 @@ impl Range {
     }
 
     /// The number at a share of the range, rounded to 12 digits, which leave no trace of how it was computed.
-    fn at(&self, share: f64) -> f64 {
+    pub fn at(&self, share: f64) -> f64 {
         let [a, b] = self.ends;
         let x = if self.is_log { a * libm::pow(b / a, share) } else { a + (b - a) * share };
         format!("{x:.11e}").parse().unwrap_or(x)
+    }
+
+    /// Change of the number with the share, by magnitude.
+    pub fn slope(&self, share: f64) -> f64 {
+        let [a, b] = self.ends;
+        if self.is_log { (self.at(share) * libm::log(b / a)).abs() } else { (b - a).abs() }
+    }
+
+    /// Its unit; empty for plain numbers.
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// The number at a share as it stands in a case file.
+    pub fn text_at(&self, share: f64) -> String {
+        self.text(&format!("{:?}", self.at(share)))
     }
 
     /// A number as it stands in a case file.
@@ -315,7 +337,7 @@ impl Range {
         let value = |i: usize| match i {
             0 => self.written[0].clone(),
             i if i + 1 == count => self.written[1].clone(),
-            i => self.text(&format!("{:?}", self.at(i as f64 / (count - 1) as f64))),
+            i => self.text_at(i as f64 / (count - 1) as f64),
         };
         Ok((0..count).map(value).collect())
     }
@@ -393,7 +415,7 @@ fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Res
         }
         for (row, part) in rows.iter_mut().zip(parts) {
             let share = (part as f64 + random.unit()) / samples as f64;
-            row.push(range.text(&format!("{:?}", range.at(share))));
+            row.push(range.text_at(share));
         }
     }
     Ok(Axis { keys: ranges.into_iter().map(|(key, _)| key).collect(), rows })
@@ -465,7 +487,7 @@ mod tests {
         assert!(error(&["a=1,2", "b=1,2,3"], Combine::Zip).contains("`a` has 2 and `b` has 3"));
         assert!(error(&[], Combine::Product).contains("nothing is varied"));
         let lhs = Combine::Lhs(Samples { samples: 5, seed: 1 });
-        assert!(error(&["a=1,2"], lhs).contains("samples of ranges"));
+        assert!(error(&["a=1,2"], lhs).contains("a range is needed"));
         assert!(error(&["a=1:2:5"], lhs).contains("no count"));
         let zipped = together(&["a=1,2", "b=3,4"], Combine::Zip).expect("axes");
         assert_eq!(zipped[0].rows, [["1", "3"], ["2", "4"]]);

@@ -10,6 +10,8 @@ use percuss_picture::Layer;
 
 /// Files in the directory of a sweep: a row of measures for every case, and the journal.
 pub const SUMMARY: &str = "summary.csv";
+/// What a random sample comes to: mean and band of every measure, and what explains it.
+pub const UNCERTAINTY: &str = "uncertainty.csv";
 /// The journal of a sweep: a JSON object a line, with the number of a case and the name of its recording below the directory.
 pub const MANIFEST: &str = "manifest.jsonl";
 /// Column of the number of a case in [`SUMMARY`].

@@ -308,6 +308,14 @@
   const warnings = (named(data.warnings)?.values ?? []).flatMap((value) => text(value).split(";").filter(Boolean));
   for (const [about, cases] of counts(warnings))
     get("verdict").append(make("li", { class: "bad" }, `warning: ${about} in ${cases}`));
+  if (data.uncertainty?.[0]?.length) {
+    get("uncertainty").hidden = false;
+    const [names, units, ...rest] = data.uncertainty;
+    names.forEach((name, row) => {
+      const cells = [units[row] ? `${name} [${units[row]}]` : name, ...rest.map((column) => text(column[row]))];
+      document.querySelector("#uncertainty tbody").append(make("tr", {}, ...cells.map((cell) => make("td", {}, cell))));
+    });
+  }
   const redraw = () => {
     if (numbers.length) { drawScatter(); drawParallel(); }
     sort();

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use super::{SHARED, STYLE, VERSION, fill};
 use crate::{
     command::view::number,
-    convention::{CASE_NUMBER, MANIFEST, STATUS_COLUMN, SUMMARY, WARNINGS_COLUMN},
+    convention::{CASE_NUMBER, MANIFEST, STATUS_COLUMN, SUMMARY, UNCERTAINTY, WARNINGS_COLUMN},
     failure::Failure,
     prefix::Prefixed,
     recording::Limits,
@@ -43,6 +43,12 @@ pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Failu
         }
         table => table?,
     };
+    let uncertainty = folder.join(UNCERTAINTY);
+    let uncertainty =
+        uncertainty.is_file().then(|| tabular::read(&uncertainty, None, limits)).transpose()?.map(|table| {
+            let rows = table.columns.iter().map(|cells| cells.iter().map(text).collect::<Vec<_>>());
+            rows.collect::<Vec<_>>()
+        });
     let links = links(folder, &table, &entries(folder, limits)?, &way(page, folder));
     let data = json!({
         "version": VERSION,
@@ -52,6 +58,7 @@ pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Failu
         "warnings": WARNINGS_COLUMN,
         "columns": table.headings.iter().zip(&table.columns).map(column).collect::<Vec<_>>(),
         "links": links,
+        "uncertainty": uncertainty,
     });
     Ok(fill(
         PAGE,
@@ -64,6 +71,15 @@ pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Failu
 pub fn name(folder: &Path) -> String {
     let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.into());
     folder.file_name().unwrap_or("sweep".as_ref()).to_string_lossy().into_owned()
+}
+
+/// A cell as it is: a number, a text, or nothing.
+fn text(cell: &Cell) -> Value {
+    match (cell, cell.number()) {
+        (Cell::Empty, _) => Value::Null,
+        (_, Some(value)) => number(value),
+        (other, None) => other.to_string().into(),
+    }
 }
 
 /// A column of the page, numbers in the unit in which they are best read; one of numbers alone can be drawn.
