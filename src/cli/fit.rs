@@ -181,11 +181,11 @@ fn text(fit: &Fit) -> String {
     for Found { key, value, error, unit, at_end } in &fit.found {
         let digits = |x: f64| format!("{:.4}", x);
         let error = error
-            .map_or("error not known: as many keys as numbers, which have no errors".into(), |error| {
-                format!("± {}", digits(error))
+            .map_or(", error not known: as many keys as numbers, and these have no errors".into(), |error| {
+                format!(" ± {}", digits(error))
             });
         let end = if *at_end { "; at the end of its range, which may be too narrow" } else { "" };
-        writeln!(text, "{key} = {} {unit} {error}{end}", digits(*value)).expect("a String grows");
+        writeln!(text, "{key} = {} {unit}{error}{end}", digits(*value)).expect("a String grows");
     }
     writeln!(text, "misfit {:.3e}, {} runs", fit.misfit, fit.runs).expect("a String grows");
     for finding in &fit.findings {

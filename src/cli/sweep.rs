@@ -390,7 +390,9 @@ impl SweepArguments {
 fn uncertainty(spreads: &[Spread]) -> String {
     let line = |Spread { heading, values, explained }: &Spread| {
         let unit = heading.unit.as_deref().filter(|unit| *unit != "1").unwrap_or_default();
-        let [mean, low, high] = values.map(|value| engineering(value, unit));
+        let text =
+            |value: f64| if unit.is_empty() { format!("{value:.4}") } else { engineering(value, unit) };
+        let [mean, low, high] = values.map(text);
         let by = explained.as_ref().map_or_else(String::new, |(by, rho)| format!("  {by} ({rho:+.2})"));
         format!("{:<28} {mean:>12} {low:>12} {high:>12}{by}\n", heading.name)
     };

@@ -313,7 +313,9 @@
     const [names, units, ...rest] = data.uncertainty;
     names.forEach((name, row) => {
       const cells = [units[row] ? `${name} [${units[row]}]` : name, ...rest.map((column) => text(column[row]))];
-      document.querySelector("#uncertainty tbody").append(make("tr", {}, ...cells.map((cell) => make("td", {}, cell))));
+      const line = make("tr");
+      line.append(...cells.map((cell) => make("td", {}, cell)));
+      document.querySelector("#uncertainty tbody").append(line);
     });
   }
   const redraw = () => {
