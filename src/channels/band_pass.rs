@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Forward and backward the gains are `1/(1 + (K_f/K)⁴)` and `1/(1 + (K/K_f)⁴)` at the frequency f of K_f: a half at the corners, as
-//! `|H|²` of one pass. Before the series there is rest; after it the output of the forward pass stays as it is.
+//! `|H|²` of one pass. Before the series there is rest; after it its last value stays, for three periods of the lower corner, by when what a
+//! filter remembers has gone down to 1e-6, or for four times its own length if that is less.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -51,13 +52,18 @@ impl Filter {
 ///
 /// * `band`: corners, in sampling rates, below ½
 pub fn band_pass(series: &[f64], band: [f64; 2]) -> Vec<f64> {
-    let mut series = series.to_vec();
-    for (corner, is_low) in band.into_iter().zip([false, true]) {
-        let filter = Filter::new(corner, is_low);
-        filter.run(0.0, series.iter_mut());
+    let count = series.len();
+    let last = series.last().copied().unwrap_or_default();
+    let rest = ((3.0 / band[0]) as usize).min(4 * count);
+    let mut series: Vec<f64> = series.iter().copied().chain(std::iter::repeat_n(last, rest)).collect();
+    let filters = [Filter::new(band[0], false), Filter::new(band[1], true)];
+    // both backward last: what they give before the series, which is cut off, is not looked at
+    filters.iter().for_each(|filter| filter.run(0.0, series.iter_mut()));
+    for filter in filters {
         let last = series.last().copied().unwrap_or_default();
         filter.run(last, series.iter_mut().rev());
     }
+    series.truncate(count);
     series
 }
 
@@ -90,6 +96,17 @@ mod tests {
                 (gain - expected).abs() < 1e-9 && phase.abs() < 1e-9,
                 "{frequency}: {gain} {phase} {expected}"
             );
+        }
+    }
+
+    #[test]
+    fn before_the_series_there_is_rest_and_after_it_the_last_value() {
+        let band = [0.002, 0.1];
+        let series: Vec<f64> = (0..600).map(|k| (0.02 * f64::from(k)).sin() + 0.002 * f64::from(k)).collect();
+        let longer = [&[0.0; 20_000][..], &series, &[series[599]; 20_000]].concat();
+        let longer = band_pass(&longer, band);
+        for (found, expected) in band_pass(&series, band).iter().zip(&longer[20_000..]) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
         }
     }
 

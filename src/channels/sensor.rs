@@ -3,36 +3,46 @@
 //! The band-pass of a sensor takes the whole series, as its phase is zero. So the values of such a sensor are held back, 8 bytes a step, and its
 //! messages stand at the end of the recording; a checkpoint has what is held back.
 
+use std::ops::Range;
+
 use super::{Channel, FieldNote, HEAD, Rate, band_pass::band_pass};
 use crate::{
     case::{Case, Face, Quantity},
     message::percuss,
+    model::PointState,
     units::{Unit, Units},
     view::View,
 };
 
-/// What a sensor shows of a step, in the unit of the recording.
-fn value(case: &Case, number: usize) -> impl Fn(&View<'_>) -> Option<f64> + Send + 'static {
-    let (points, shares) = case.record.sensor(number, case.geometry);
-    let (quantity, unit) = (case.record.sensors[number].quantity, unit(case, number));
-    move |view| {
-        let points = view.gauges.as_ref()?.points.get(points.clone())?;
-        let terms = points.iter().zip(&shares).map(|(point, share)| {
-            share
-                * match quantity {
-                    Quantity::Displacement => point.displacement,
-                    Quantity::Velocity => point.velocity,
-                }
-        });
-        Some(unit.of(terms.sum()))
-    }
+/// The mean that a sensor shows.
+struct Mean {
+    /// Its points among the gauges, and their shares.
+    points: Range<usize>,
+    shares: Vec<f64>,
+    quantity: Quantity,
+    /// Unit of the recording.
+    unit: Unit,
 }
 
-fn unit(case: &Case, number: usize) -> Unit {
-    let Units { length, speed, .. } = case.units();
-    match case.record.sensors[number].quantity {
-        Quantity::Displacement => length,
-        Quantity::Velocity => speed,
+impl Mean {
+    fn new(case: &Case, number: usize) -> Self {
+        let (points, shares) = case.record.sensor(number, case.geometry);
+        let (Units { length, speed, .. }, quantity) = (case.units(), case.record.sensors[number].quantity);
+        let unit = match quantity {
+            Quantity::Displacement => length,
+            Quantity::Velocity => speed,
+        };
+        Self { points, shares, quantity, unit }
+    }
+
+    /// Its value in a step.
+    fn of(&self, view: &View<'_>) -> Option<f64> {
+        let points = view.gauges.as_ref()?.points.get(self.points.clone())?;
+        let number = |point: &PointState| match self.quantity {
+            Quantity::Displacement => point.displacement,
+            Quantity::Velocity => point.velocity,
+        };
+        Some(self.unit.of(points.iter().zip(&self.shares).map(|(point, share)| share * number(point)).sum()))
     }
 }
 
@@ -48,7 +58,8 @@ pub fn channel(case: &Case, number: usize) -> Channel {
         Face::Front => "front",
         Face::Back => "back",
     };
-    let unit = unit(case, number).name;
+    let mean = Mean::new(case, number);
+    let unit = mean.unit.name;
     let mut fields = vec![FieldNote::new(
         "value",
         unit,
@@ -57,10 +68,9 @@ pub fn channel(case: &Case, number: usize) -> Channel {
     if sensor.band.is_some() {
         fields.push(FieldNote::new("filtered", unit, "the same through the band-pass"));
     }
-    let value = value(case, number);
     let is_held = sensor.band.is_some();
     let channel = Channel::new(format!("/sensor/{number}"), "percuss.Sensor", fields, move |view, outlet| {
-        let Some(value) = value(view).filter(|_| !is_held) else { return };
+        let Some(value) = mean.of(view).filter(|_| !is_held) else { return };
         outlet.put(&percuss::Sensor { step: view.step, time: time.of(view.time), value, filtered: None });
     })
     .emits(Rate::Step(HEAD))
@@ -79,7 +89,7 @@ pub fn channel(case: &Case, number: usize) -> Channel {
 pub struct Held {
     /// Number of its channel.
     pub channel: usize,
-    value: Box<dyn Fn(&View<'_>) -> Option<f64> + Send>,
+    mean: Mean,
     /// Corners, in sampling rates.
     band: [f64; 2],
     /// Time step \[R/c_p\], and its unit in the recording.
@@ -96,12 +106,12 @@ impl Held {
     pub fn new(case: &Case, number: usize, channel: usize) -> Option<Self> {
         let (dt, time) = (case.sizes.dt, case.units().time);
         let band = case.record.sensors[number].band?.map(|corner| corner * dt);
-        Some(Self { channel, value: Box::new(value(case, number)), band, dt, time, values: Vec::new() })
+        Some(Self { channel, mean: Mean::new(case, number), band, dt, time, values: Vec::new() })
     }
 
     /// Takes a step.
     pub fn take(&mut self, view: &View<'_>) {
-        self.values.extend((self.value)(view));
+        self.values.extend(self.mean.of(view));
     }
 
     /// The messages of its steps.

@@ -126,9 +126,10 @@ def check_topics(percuss, reader):
     """Topics of the page are those of a recording that has all of them."""
     with tempfile.TemporaryDirectory() as folder:
         recording = f"{folder}/all.mcap"
-        output(percuss, "run", "laminate-glass", "--set", "mesh.cells=20", "-o", recording)
+        sensor = 'record.sensor=[{ r = "0 mm" }]'
+        output(percuss, "run", "laminate-glass", "--set", "mesh.cells=20", "--set", sensor, "-o", recording)
         topics = [channel["topic"] for channel in json.loads(output(reader, "info", recording, "--json"))["channels"]]
-    names = {re.sub(r"^/field/.*", "/field/…", re.sub(r"^/line/.*", "/line/<n>", topic)) for topic in topics}
+    names = {re.sub(r"^/field/.*", "/field/…", re.sub(r"^/(line|sensor)/.*", r"/\1/<n>", topic)) for topic in topics}
     same(set(rows("recording.md", 2)["Channels"]), names, "topics")
     print(f"{len(names)} topics")
 

@@ -127,8 +127,11 @@ fn send(batch: Vec<(usize, Kept)>, bytes: usize, out: &SyncSender<Parcel>) -> Re
 struct Feed {
     parcels: Receiver<Parcel>,
     batch: std::vec::IntoIter<(usize, Kept)>,
-    /// Log time since the origin \[ns\].
+    /// Log time since the origin, of the latest message so far \[ns\].
     elapsed: u64,
+    /// That of the last one, which may come late, and its aligner; that of the last one of every aligner.
+    last: (usize, u64),
+    by_slot: HashMap<usize, u64>,
     origin: u64,
     pace: f64,
     over: Option<Vec<Damage>>,
@@ -141,7 +144,10 @@ impl Feed {
             if let Some((slot, item)) = self.batch.next() {
                 let elapsed = item.log_time.saturating_sub(self.origin);
                 // only messages that wait depend on it: no number does
-                self.elapsed = if self.pace == 1.0 { elapsed } else { (elapsed as f64 * self.pace) as u64 };
+                let elapsed = if self.pace == 1.0 { elapsed } else { (elapsed as f64 * self.pace) as u64 };
+                self.elapsed = self.elapsed.max(elapsed);
+                self.last = (slot, elapsed);
+                self.by_slot.insert(slot, elapsed);
                 return Ok(Some((slot, item)));
             }
             if self.over.is_some() {
@@ -153,6 +159,14 @@ impl Feed {
                 Err(_) => self.over = Some(Vec::new()),
             }
         }
+    }
+}
+
+impl Feed {
+    /// True if its last message came late, and the other file has not come as far with those of its aligner.
+    fn waits_for(&self, other: &Self) -> bool {
+        let (slot, elapsed) = self.last;
+        elapsed < self.elapsed && other.by_slot.get(&slot).is_none_or(|other| *other < elapsed)
     }
 }
 
@@ -171,12 +185,16 @@ pub(super) fn run(
                 drop(out.send(Parcel::End(end)));
             });
             let (batch, Input { origin, pace, .. }) = (Vec::new().into_iter(), input);
-            Feed { parcels, batch, elapsed: 0, origin: *origin, pace: *pace, over: None }
+            let (last, by_slot) = ((0, 0), HashMap::new());
+            Feed { parcels, batch, elapsed: 0, last, by_slot, origin: *origin, pace: *pace, over: None }
         });
-        let (mut ended, mut stopped) = ([false; 2], false);
+        let (mut ended, mut stopped, mut side) = ([false; 2], false, 0);
         while ended != [true; 2] && !stopped {
             // the file that is behind goes first, so that few messages have to wait
-            let side = usize::from(ended[0] || (!ended[1] && feeds[1].elapsed < feeds[0].elapsed));
+            side = match feeds[side].waits_for(&feeds[1 - side]) {
+                true if !ended[1 - side] => 1 - side,
+                _ => usize::from(ended[0] || (!ended[1] && feeds[1].elapsed < feeds[0].elapsed)),
+            };
             let next = feeds[side].next()?;
             ended[side] = next.is_none();
             stopped = !take(side, next)?;
