@@ -446,6 +446,9 @@ fn built_in_cases_are_listed() {
     let others = ["ball", "laminate-armour", "laminate-glass", "coating", "coating-soft", "layers"];
     expected.extend(others.map(str::to_owned));
     expected.extend(["laminate-carbon", "disc", "bar"].map(str::to_owned));
+    let plates = ["aluminium", "aluminium-plate", "gabbro", "gabbro-plate", "glass", "steel", "steel-plate"];
+    let others = ["zener", "zener-pmma", "zener-pmma-4mm", "bars", "half-space", "layered"];
+    expected.extend(plates.iter().chain(&others).map(|name| format!("experiment-{name}")));
     assert_eq!(names, expected);
 }
 

@@ -50,9 +50,9 @@ impl Cases {
         } else {
             let mut text = String::new();
             for (name, form, title) in &rows {
-                writeln!(text, "{name:<23} {title}").expect("a String grows");
+                writeln!(text, "{name:<27} {title}").expect("a String grows");
                 if let Some(form) = form {
-                    writeln!(text, "{:<23}   exact: {form}", "").expect("a String grows");
+                    writeln!(text, "{:<27}   exact: {form}", "").expect("a String grows");
                 }
             }
             text
