@@ -37,7 +37,7 @@
 //! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them; cells that grow and rims (`grid::graded`) |
 //! | [`indenter`] | the rigid body; of an indenter that gives its centre of mass |
 //! | [`surface`] | what model and contact exchange on z = 0 |
-//! | [`contact`] | contact rules, active set, drag, events |
+//! | [`contact`] | contact rules, active set, drag, events; loads that are given in place of an indenter |
 //! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, bodies whose cells or layers differ, or that end (`model::body`), the light cone ([`model::cone`]), and the fast engine, private to it |
 //! | [`simulation`] | the order of one step; an indenter that gives (`simulation::striker`), a second body |
 //! | [`mod@state`] | the state of a run as a stream of bytes |

@@ -2,8 +2,8 @@
 
 use super::{LayerSizes, Parameters, Target, TargetLayer};
 use crate::{
-    grid::{Back, Edge, FEWEST, LayerSteps, Spacing},
-    model::{ModelKind, scheme::Order},
+    grid::{Back, Bond, Edge, FEWEST, LayerSteps, Spacing},
+    model::{ModelKind, elastic::FEWEST_SLIDING, scheme::Order},
 };
 
 /// Largest relative change of a wave speed.
@@ -35,8 +35,8 @@ pub(super) struct Rows {
 pub(super) enum RowsError {
     /// There would be so many.
     TooMany(f64),
-    /// A layer, by its number, is thinner than two rows.
-    Thin(usize),
+    /// A layer, by its number, is thinner than so many rows.
+    Thin(usize, usize),
     /// The wave speed of a layer, by its number, would change by so much.
     Change(usize, f64),
 }
@@ -112,8 +112,8 @@ impl Stack {
             return Err(RowsError::TooMany(rows));
         }
         let fit = |largest| {
-            let LayerSteps { dt, steps, rows, changes } =
-                LayerSteps::fit(&transits, largest).map_err(|number| RowsError::Thin(self.number(number)))?;
+            let LayerSteps { dt, steps, rows, changes } = LayerSteps::fit(&transits, largest)
+                .map_err(|number| RowsError::Thin(self.number(number), FEWEST))?;
             let slip = self.layers[0].lateral_speed(self.model, 1.0) * self.slack * dt;
             let mut finite = steps.into_iter().zip(rows).zip(changes);
             let sizes = |layer: &TargetLayer| {
@@ -134,8 +134,23 @@ impl Stack {
             // waves that are made faster need smaller steps
             rows = fit(largest / (1.0 + LARGEST_CHANGE))?;
         }
+        if let Some(number) = self.thin_beside_sliding(&rows) {
+            return Err(RowsError::Thin(number, FEWEST_SLIDING));
+        }
         let (number, change) = rows.largest_change();
         if change.abs() > LARGEST_CHANGE { Err(RowsError::Change(number, change)) } else { Ok(rows) }
+    }
+
+    /// The first layer with fewer rows than are stable beside a sliding interface.
+    fn thin_beside_sliding(&self, rows: &Rows) -> Option<usize> {
+        let slides = |number: usize| self.layers.get(number).is_some_and(|layer| layer.bond == Bond::Sliding);
+        let is_thin = |number: &usize| {
+            let is_finite = self.layers[*number].thickness.is_some();
+            is_finite
+                && rows.layers[*number].steps < FEWEST_SLIDING
+                && (slides(*number) || slides(number + 1))
+        };
+        (0..self.layers.len()).find(is_thin).filter(|_| self.model == ModelKind::Elastic)
     }
 
     /// The smallest number of cells found, larger than `cells`, that changes no wave speed by more than `change`.

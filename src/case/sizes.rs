@@ -181,8 +181,8 @@ impl Parameters {
                 let help = format!("allowed: at most {MAX_ROWS:e} rows; make mesh.cells smaller");
                 values.problem("mesh.cells", message, help);
             }
-            RowsError::Thin(number) => {
-                let what = format!(": with mesh.cells = {cells} the layer is thinner than {FEWEST} rows");
+            RowsError::Thin(number, fewest) => {
+                let what = format!(": with mesh.cells = {cells} the layer is thinner than {fewest} rows");
                 values.refuse(&thickness(number), &what, &finer());
             }
             RowsError::Change(number, change) => {

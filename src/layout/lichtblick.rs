@@ -112,11 +112,17 @@ fn profiles(builder: &LayoutBuilder<'_>, panels: &mut Panels) -> Vec<Value> {
         let range = range(builder.case, Field::Stress);
         (pressed["minYValue"], pressed["maxYValue"]) = ((-0.25 * range).into(), range.into());
     }
-    let displacements = [curve("displacement", "surface"), curve("indenter", "indenter")];
-    let displacements = profile(builder, &displacements, &format!("displacement [{length}]"));
+    let [surface, indenter] =
+        [("displacement", "surface"), ("indenter", "indenter")].map(|(field, label)| curve(field, label));
+    // of a load there is no indenter
+    let (shown, title) = match builder.case.load {
+        None => (vec![surface, indenter], "Surface and indenter at the current time"),
+        Some(_) => (vec![surface], "Surface at the current time"),
+    };
+    let displacements = profile(builder, &shown, &format!("displacement [{length}]"));
     vec![
         panels.add("Plot", "profile", "Stress along the surface at the current time", pressed),
-        panels.add("Plot", "surface", "Surface and indenter at the current time", displacements),
+        panels.add("Plot", "surface", title, displacements),
     ]
 }
 

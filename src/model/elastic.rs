@@ -27,6 +27,8 @@ pub const LARGEST_DAMPING: f64 = 0.8;
 /// Fewest rows of cells in a layer. Where surface and backing meet at the axis one row is not stable, nor are two with damping
 /// (`λ_max Δt²/4` up to 1.009; measured with E_r in place of 4E_r², growth by up to 11 % per step).
 pub const FEWEST_ROWS: usize = 4;
+/// Fewest rows of a layer beside a sliding interface: with two there are stacks whose steps are not stable (measured, an eigenvalue of 4.004).
+pub const FEWEST_SLIDING: usize = 3;
 
 /// Slack for a Courant number of 1 but for rounding.
 const ROUNDING: f64 = 1e-9;

@@ -7,7 +7,7 @@ use super::{
     blocked::Instructions,
     body::{Body, Material},
     cell_scheme::CellScheme,
-    elastic,
+    elastic::{self, FEWEST_SLIDING},
     noise::Noise,
     rakhmatulin::Rakhmatulin,
     reference::{Level, Scheme},
@@ -122,11 +122,14 @@ impl Stack {
                 bond: [Bond::Welded, Bond::Sliding][noise.below(2)],
             }
         };
-        Self {
-            plies: (0..count).map(|number| ply(number, noise)).collect(),
-            back: [Back::Rigid, Back::Free][noise.below(2)],
-            geometry: GEOMETRIES[noise.below(2)],
+        let mut plies: Vec<Ply> = (0..count).map(|number| ply(number, noise)).collect();
+        for number in 0..count {
+            let slides = |ply: usize| (1..count).contains(&ply) && plies[ply].bond == Bond::Sliding;
+            if slides(number) || slides(number + 1) {
+                plies[number].steps = plies[number].steps.max(FEWEST_SLIDING);
+            }
         }
+        Self { plies, back: [Back::Rigid, Back::Free][noise.below(2)], geometry: GEOMETRIES[noise.below(2)] }
     }
 }
 
