@@ -31,6 +31,7 @@ use crate::{
     sweep::plan::WrongCases,
 };
 
+mod bounces;
 mod cases;
 mod check;
 mod exact;
@@ -116,9 +117,21 @@ struct CaseArguments {
     overrides: Vec<String>,
 }
 
+/// What cases of several impacts are told by commands that compute one.
+const SINGLE: &str = "`run.bounces` is larger than 1, and several impacts are of `percuss run` alone; add --set run.bounces=1 for the first one";
+
 impl CaseArguments {
     fn load(&self) -> Result<Case, CliError> {
         Ok(Case::load(&self.case, &self.overrides)?)
+    }
+
+    /// The case of a command that computes one impact.
+    fn load_single(&self) -> Result<Case, CliError> {
+        let case = self.load()?;
+        match case.run.bounces {
+            1 => Ok(case),
+            _ => Err(CliError::Usage(SINGLE.into())),
+        }
     }
 }
 

@@ -374,3 +374,54 @@ fn one_command_serves_the_first_start_and_all_others() {
     assert!(text.contains("has none that can be read"), "{text}");
     assert!(!part.exists() && !checkpoint.exists());
 }
+
+#[test]
+fn bounces_go_on_at_the_impact_that_is_missing() {
+    let case = [
+        "ball",
+        "run.bounces=3",
+        "run.end_time=300us",
+        "mesh.contact_cells=8",
+        "target.thickness=half-space",
+        "record.frames=0",
+    ];
+    let whole = folder();
+    let text = succeed(whole.path(), &case, &[]);
+    assert!(text.contains("flight between impacts is jumped over"), "{text}");
+    let all = ["a-1.mcap", "a-2.mcap", "a-3.mcap", "a-bounces.csv"];
+    assert_eq!(names(whole.path()), all);
+    let table = fs::read_to_string(whole.path().join(all[3])).expect("a table");
+    let (head, rows) = table.split_once('\n').expect("a head");
+    assert_eq!(head, "impact,velocity [m/s],peak_force [N],contact_duration [s],restitution");
+    let rows: Vec<[f64; 5]> = rows
+        .lines()
+        .map(|row| {
+            let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().expect("a number")).collect();
+            cells.try_into().expect("five columns")
+        })
+        .collect();
+    assert_eq!(rows.len(), 3);
+    assert!((rows[0][1] - 5.0).abs() < 1e-12, "{table}");
+    for pair in rows.windows(2) {
+        let [_, velocity, force, duration, e] = pair[0];
+        assert!((pair[1][1] / (velocity * e) - 1.0).abs() < 1e-12 && e < 1.0, "{table}");
+        // slower: less force, longer contact
+        assert!(pair[1][2] < force && pair[1][3] > duration, "{table}");
+    }
+    // interrupted in the second impact: of each 2 s
+    let part = folder();
+    let arguments = ["--pace", "1", "--set", "run.checkpoint_every=0.05", "--quiet"];
+    let mut child = command(part.path(), &case, &arguments).spawn().expect("the program starts");
+    wait_for(&part.path().join("a-2.mcap.part"));
+    sleep(Duration::from_millis(200));
+    interrupt(&mut child, "INT", 130);
+    assert_eq!(names(part.path()), ["a-1.mcap", "a-2.mcap.checkpoint", "a-2.mcap.part"]);
+    let text = resume(part.path(), &case, "2");
+    assert!(text.contains("`a-1.mcap` is complete") && text.contains("continues at step"), "{text}");
+    assert_eq!(names(part.path()), all);
+    assert_eq!(fs::read_to_string(part.path().join(all[3])).expect("a table"), table);
+    // an impact that is cut off
+    let cut = [&case[..], &["run.end_time=100us"]].concat();
+    let text = refusal(folder().path(), &cut, &[]);
+    assert!(text.contains("impact 1 of 3") && text.contains("run.end_time = 100.0 µs"), "{text}");
+}

@@ -255,6 +255,25 @@ fn a_ball_and_its_height_of_fall_give_its_force() {
 }
 
 #[test]
+fn several_bounces_are_of_runs_alone() {
+    let folder = folder();
+    for command in [
+        &["exact", "ball"][..],
+        &["study", "ball"],
+        &["check", "ball", "--admissible"],
+        &["fit", "ball", "--to", "contact_duration=95 us", "--vary", "target.thickness=5 mm:15 mm"],
+        &["sweep", "ball", "--vary", "indenter.mass=1 g,2 g"],
+        &["run", "ball", "--live"],
+    ] {
+        let output = percuss(folder.path(), &[command, &["--set", "run.bounces=2"]].concat());
+        assert_eq!(output.status.code(), Some(2), "{command:?}");
+        assert!(stderr(&output).contains("run.bounces"), "{}", stderr(&output));
+    }
+    let check = percuss(folder.path(), &["check", "ball", "--set", "run.bounces=2"]);
+    assert!(String::from_utf8_lossy(&check.stdout).contains("\nbounces    2 impacts"));
+}
+
+#[test]
 fn the_width_of_fields_is_reported() {
     let folder = folder();
     let [narrow, whole] = ["--", "--set=record.r_max=inf"].map(|more| {

@@ -3,7 +3,7 @@
 use std::{f64::consts::PI, path::Path};
 
 use super::{
-    Body,
+    Body, Stop,
     bounds::{Bounds, HUGE, TINY},
     profile,
     values::Values,
@@ -197,6 +197,29 @@ fn check_rule(values: &Values<'_>) {
         values.refuse("indenter.mass", what, "set mass = inf, or another contact rule");
     }
 }
+
+/// What several bounces need: a whole sphere that flies, in runs that end when it has left.
+///
+/// * `indenter`: a sound one
+pub(super) fn check_bounces(values: &Values<'_>, indenter: Option<&Body>) {
+    if values.get::<u32>("run.bounces").is_none_or(|bounces| bounces == 1) {
+        return;
+    }
+    let is_sphere = |Body { head, radius, .. }: &Body| matches!(head, Head::Sphere { nose_radius } if *radius == Some(*nose_radius));
+    let is_plane = values.system.geometry == Geometry::Plane;
+    let is_other = values.is_loaded || values.striker_layers.is_some() || is_plane;
+    let (what, help) = if is_other || indenter.is_some_and(|body| !is_sphere(body)) {
+        (" is of a whole sphere", "leave it out, or give indenter.shape = \"sphere\" without indenter.radius")
+    } else if indenter.is_some_and(|body| body.mass.is_infinite()) {
+        (", but a sphere of infinite mass does not rebound", "give indenter.material, density or mass")
+    } else if values.get("run.stop") != Some(Stop::Separation) {
+        (" needs runs that end when the sphere has left", "set run.stop = \"separation\"")
+    } else {
+        return;
+    };
+    values.refuse("run.bounces", what, help);
+}
+
 #[cfg(test)]
 mod tests {
     use crate::{case::Case, units::Dimension};

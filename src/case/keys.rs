@@ -535,6 +535,10 @@ pub(super) const SECTIONS: [Section; 7] = [
                 "ends the run earlier: where the interface needs tension (under a rounded head: once the contact is seen to \
                  have turned back), or when the indenter has left (V ≤ 0, no contact for Δr/c_s)",
             ),
+            key("bounces", Kind::Count(1, 1000, "1")).left_out("1").only(Who::Physical).means(
+                "number of impacts of a whole sphere that `percuss run` computes one after the other, each with the velocity of the \
+                 rebound before; needs `stop` = \"separation\"",
+            ),
             key("checkpoint_every", Kind::Number(Bounds::within(0.0, 1e9), "s")).left_out("600").means(
                 "wall time from one checkpoint to the next, 0 for none; `percuss run --resume` continues from them",
             ),

@@ -432,6 +432,8 @@ pub struct Run {
     pub end_time: f64,
     /// Event that ends the run earlier.
     pub stop: Stop,
+    /// Number of impacts; a simulation is of the first, and `percuss run` computes them all.
+    pub bounces: u32,
     /// Wall time from one checkpoint to the next, if given; 0 for none. It changes no result \[s\].
     pub checkpoint_every: Option<f64>,
 }

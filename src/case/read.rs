@@ -52,6 +52,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             indenter.mass = striker.mass(values.system.geometry);
         }
     }
+    indenter::check_bounces(&values, indenter.as_ref());
     check_mesh(&mut values, target.as_ref(), indenter.as_ref());
     check_record(&mut values, target.as_ref(), indenter.as_ref());
     // sizes are derived from sound values only
@@ -83,6 +84,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             run: Run {
                 end_time: values.number("run.end_time")?,
                 stop: values.get("run.stop")?,
+                bounces: values.get("run.bounces").unwrap_or(1),
                 checkpoint_every: values.number("run.checkpoint_every"),
             },
             record: record(&values)?,

@@ -51,7 +51,7 @@ pub(super) struct Check {
 
 impl Check {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let case = self.case.load()?;
+        let case = if self.admissible { self.case.load_single() } else { self.case.load() }?;
         if self.resolved {
             print(&case.resolved_toml())?;
             return Ok(Exit::Done);
@@ -190,6 +190,13 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         rows.push((
             "stop",
             "maybe earlier, as run.stop asks; recording and run time are up to the end".into(),
+        ));
+    }
+    if case.run.bounces > 1 {
+        let bounces = case.run.bounces;
+        rows.push((
+            "bounces",
+            format!("{bounces} impacts, each a run with a recording; all above is of the first"),
         ));
     }
     if let Some(Trial { velocity, strain, .. }) = admissible {

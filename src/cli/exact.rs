@@ -38,7 +38,7 @@ pub(super) struct Exact {
 
 impl Exact {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let case = self.case.load()?;
+        let case = self.case.load_single()?;
         let mut steps = ExactSteps::new(&case)?;
         let destination = self.output.destination(&self.case.case, &case, "-exact")?;
         check_room(&destination.path, &case)?;

@@ -62,7 +62,7 @@ pub(super) struct FitArguments {
 
 impl FitArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let base = self.case.load()?.vary().set("record.frames", 0).build()?;
+        let base = self.case.load_single()?.vary().set("record.frames", 0).build()?;
         let ranges = self.vary.iter().map(|text| Vary::parse(text).range());
         let ranges =
             ranges.collect::<Result<Vec<_>, _>>().map_err(|error| CliError::Usage(error.to_string()))?;

@@ -22,7 +22,7 @@ use percuss_table::measures::Measure;
 use rayon::ThreadPool;
 
 use super::{
-    CaseArguments, CliError, Exit, layers,
+    CaseArguments, CliError, Exit, bounces, layers,
     output::{OutputArguments, check_room, exit, flow, watch_signals, written},
     progress::Progress,
     scales,
@@ -49,6 +49,8 @@ Examples:
   percuss run ball --set 'indenter.diameter=62.4 mm' --set 'impact.drop=0.5 m' \\
       --set target.material=steel --set target.thickness=half-space \\
       --set indenter.body=elastic
+  # let it bounce: the table of four impacts
+  percuss run ball --set run.bounces=4 --set 'run.end_time=300 us'
   # continue a run that was interrupted or has crashed
   percuss run my.toml --resume
   # watch it: connect a viewer to ws://127.0.0.1:8765
@@ -96,14 +98,31 @@ pub(super) struct Run {
 impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let mut simulation = Simulation::with_engine(&case, self.engine);
         let destination = self.output.destination(&self.case.case, &case, "")?;
+        let signal = watch_signals()?;
+        match case.run.bounces {
+            1 => self.record(&case, destination, &signal),
+            _ if self.live.is_some() => {
+                Err(CliError::Usage("--live is of one impact; leave it out, or set run.bounces = 1".into()))
+            }
+            _ => {
+                let compute = |case: &Case, destination| self.record(case, destination, &signal);
+                bounces::run(&case, &destination, self.resume, compute, |text| self.remark(text))
+            }
+        }
+    }
+
+    /// Computes a case and records it, or what is left of it.
+    ///
+    /// * `signal`: 0 until a signal is caught
+    fn record(&self, case: &Case, destination: Destination, signal: &AtomicUsize) -> Result<Exit, CliError> {
+        let mut simulation = Simulation::with_engine(case, self.engine);
         let file = file_of(&destination.path).map_err(|error| {
             CliError::system(format!("cannot write `{}`", destination.path.display()), error)
         })?;
         let checkpoint = file.as_deref().map(checkpoint_of);
         checkpoint.as_deref().map_or(Ok(()), check_name)?;
-        let resumes = self.resume && self.can_resume(file.as_deref(), &case)?;
+        let resumes = self.resume && self.can_resume(file.as_deref(), case)?;
         if self.resume && is_whole(file.as_deref()) {
             // of a run that was killed at its very end
             checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
@@ -113,16 +132,15 @@ impl Run {
         // a part without a checkpoint is begun anew
         let is_anew = self.resume && !resumes && !destination.path.exists();
         let destination = Destination { overwrite: destination.overwrite || is_anew, ..destination };
-        check_room(&destination.path, &case)?;
+        check_room(&destination.path, case)?;
         let pool = self.output.threads.pool()?;
-        let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
-        let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
-        let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
+        let mut progress = Progress::new(case, case.sizes.steps, self.output.quiet);
+        let live = self.live.as_ref().map(|address| self.open(address, case, &progress)).transpose()?;
         let resumed = if resumes { file.as_deref() } else { None };
         let mut recording =
-            self.recording(&destination, (file.as_deref(), resumed), &case, &mut simulation, &pool)?;
-        progress.say(&self.heading(&case));
+            self.recording(&destination, (file.as_deref(), resumed), case, &mut simulation, &pool)?;
+        progress.say(&self.heading(case));
         if resumes {
             progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
         }
@@ -134,7 +152,7 @@ impl Run {
         let start = Instant::now();
         let say = progress.speaker();
         let mut recording =
-            Checkpoints::new(recording, &case, self.engine, checkpoint.clone(), move |text| say(text));
+            Checkpoints::new(recording, case, self.engine, checkpoint.clone(), move |text| say(text));
         let mut has_excess = false;
         let mut watch = |view: &View<'_>| {
             if !has_excess && view.frame.as_ref().is_some_and(|frame| frame.energy.exceeds()) {
@@ -151,14 +169,14 @@ impl Run {
                 pace.keep(log_time(case.units().time.of(view.time), case.record.playback_rate), is_over);
             }
             progress.advance(view.step);
-            flow(&signal)
+            flow(signal)
         };
-        let mut steps = Advised::new(&case, simulation);
+        let mut steps = Advised::new(case, simulation);
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {
             let measures = recording.recording().measures(&outcome.validity);
-            answer(&case, &measures).iter().for_each(|text| progress.say(text));
+            answer(case, &measures).iter().for_each(|text| progress.say(text));
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
             let dt = match case.scales {
                 Some(_) => case.units().time.text(sizes.dt),
@@ -174,9 +192,9 @@ impl Run {
             }
         }
         if let Some(live) = live {
-            self.hold(&live, &signal);
+            self.hold(&live, signal);
         }
-        Ok(exit(&outcome?.status, &signal))
+        Ok(exit(&outcome?.status, signal))
     }
 
     /// Begins the recording, or the rest of one; then the simulation is put into its state.

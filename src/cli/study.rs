@@ -112,7 +112,7 @@ impl StudyArguments {
 
     /// The case on all meshes.
     fn cases(&self) -> Result<Vec<Case>, CliError> {
-        let case = self.case.load()?;
+        let case = self.case.load_single()?;
         let levels: Vec<usize> =
             (0..=self.refine.ilog2()).map(|level| case.mesh.density().1 << level).collect();
         Ok(on_meshes(&case, &levels)?)

@@ -4,6 +4,7 @@
 //! is compared with its checksum before anything of it is used.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::{BufReader, Read},
     path::Path,
@@ -103,6 +104,21 @@ pub fn attachment(path: &Path, name: &str) -> Option<String> {
         })
     });
     text.ok().flatten().flatten()
+}
+
+/// Entries of the metadata record `name` of a recording; `None` if there is none that can be read.
+pub fn metadata(path: &Path, name: &str) -> Option<BTreeMap<String, String>> {
+    let found = find_record(&mut File::open(path).ok()?, |opcode, data| {
+        if opcode != op::METADATA {
+            return Ok(None);
+        }
+        let record = parse_record(opcode, data).map_err(|error| read(&error))?;
+        Ok(match record {
+            Record::Metadata(record) if record.name == name => Some(record.metadata),
+            _ => None,
+        })
+    });
+    found.ok().flatten()
 }
 
 /// Calls `f` on every message and at the end of every chunk, until it returns false.

@@ -29,6 +29,9 @@ pub enum PlanError {
     /// Some cases are wrong.
     #[error(transparent)]
     Cases(#[from] WrongCases),
+    /// Cases of several impacts.
+    #[error("a case of a sweep is one impact: leave run.bounces out, or set it to 1")]
+    Bounces,
     /// Cases whose numbers cannot stand in one column.
     #[error(
         "case {number} has its {what}, case 1 its own in {first}: numbers of one column have one unit; sweep them apart"
@@ -153,6 +156,9 @@ impl Plan {
         let (cases, units): (Vec<Planned>, Vec<Units>) = all_right(checked)?.into_iter().unzip();
         same_units(&units)?;
         let first = settle(&base, &axes, 1)?;
+        if first.run.bounces > 1 || axes.iter().flat_map(|axis| &axis.keys).any(|key| key == "run.bounces") {
+            return Err(PlanError::Bounces);
+        }
         Ok(Self { request, first, cases, base, axes })
     }
 

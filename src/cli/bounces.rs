@@ -1,0 +1,107 @@
+//! Several bounces of a ball: impact after impact, each a run of its own with the velocity of the rebound before.
+//!
+//! What is between them is not computed: without drag the ball comes back as fast as it has left. Ball and target begin each impact without waves.
+
+use std::{array, iter, path::Path};
+
+use percuss_output::OutputError;
+
+use super::{CliError, Exit, output::write_file, print};
+use crate::{
+    case::Case,
+    recording::{Destination, copy::metadata},
+    units::engineering,
+};
+
+/// Columns of the table: their names, units and heads.
+const COLUMNS: [(&str, &str, &str); 4] = [
+    ("velocity", "m/s", "velocity"),
+    ("peak_force", "N", "peak force"),
+    ("contact_duration", "s", "contact"),
+    ("restitution", "", "restitution"),
+];
+
+/// Computes all impacts of a case, those that are not complete, into `NAME-1.mcap` and so on, and writes their table.
+///
+/// * `destination`: of the recordings, but for their numbers
+/// * `resumes`: what is complete stays
+/// * `compute`: an impact; `say`: a remark
+pub(super) fn run(
+    case: &Case,
+    destination: &Destination,
+    resumes: bool,
+    compute: impl Fn(&Case, Destination) -> Result<Exit, CliError>,
+    say: impl Fn(&str),
+) -> Result<Exit, CliError> {
+    let named = |end: &str| {
+        let mut name = destination.path.file_stem().unwrap_or_default().to_owned();
+        name.push(end);
+        destination.path.with_file_name(name)
+    };
+    let (bounces, table) = (case.run.bounces, named("-bounces.csv"));
+    let overwrite = destination.overwrite || resumes;
+    OutputError::refuse_existing(Some(&table), overwrite)?;
+    let mut rows: Vec<[f64; 4]> = Vec::new();
+    let mut case = case.vary().set("run.bounces", 1).build()?;
+    for number in 1..=bounces {
+        let velocity = case.units().speed.of(case.impact.velocity);
+        let which = format!("impact {number} of {bounces}, at {}", engineering(velocity, "m/s"));
+        say(&which);
+        let destination = Destination { path: named(&format!("-{number}.mcap")), ..destination.clone() };
+        let path = destination.path.clone();
+        let exit = compute(&case, destination)?;
+        if exit != Exit::Done {
+            return Ok(exit);
+        }
+        let Some(rest) = measured(&path) else {
+            let text = format!(
+                "{which}: the ball has not left by run.end_time = {}; set a longer one and begin anew with --force: slower impacts last longer",
+                case.units().time.text(case.run.end_time)
+            );
+            return Err(CliError::Failed(text));
+        };
+        rows.push([velocity, rest[0], rest[1], rest[2]]);
+        if number < bounces {
+            case = case.vary().set("impact.velocity", format!("{} m/s", velocity * rest[2])).build()?;
+        }
+    }
+    write_file(&table, csv(&rows).as_bytes(), overwrite)?;
+    print(&text(&rows))?;
+    say("the flight between impacts is jumped over: each begins with ball and target without waves");
+    Ok(Exit::Done)
+}
+
+/// Peak force, contact time and restitution of a recording; none of one that ends before the ball has left.
+fn measured(path: &Path) -> Option<[f64; 3]> {
+    let status = metadata(path, "percuss.status")?;
+    let has_left = status.get("status").is_some_and(|status| status == "stopped");
+    let measures = metadata(path, "percuss.summary").filter(|_| has_left)?;
+    let of = |name: &str| measures.get(name)?.parse::<f64>().ok();
+    let restitution = of("restitution_mesh_corrected").or(of("restitution"))?;
+    Some([of("peak_force")?, of("contact_duration")?, restitution])
+}
+
+/// A row for each impact.
+fn csv(rows: &[[f64; 4]]) -> String {
+    let heads = COLUMNS.map(|(name, unit, _)| match unit {
+        "" => name.to_owned(),
+        unit => format!("{name} [{unit}]"),
+    });
+    let lines = (1..)
+        .zip(rows)
+        .map(|(n, row): (usize, _)| format!("{n},{}", row.map(|x| format!("{x:?}")).join(",")));
+    iter::once(format!("impact,{}", heads.join(","))).chain(lines).map(|line| line + "\n").collect()
+}
+
+/// The same for people.
+fn text(rows: &[[f64; 4]]) -> String {
+    let line = |n: String, cells: [String; 4]| {
+        format!("{n:<6}{}\n", cells.map(|cell| format!("  {cell:>11}")).concat())
+    };
+    let head = line("impact".into(), COLUMNS.map(|(.., head)| head.to_owned()));
+    let cell = |x: f64, unit: &str| if unit.is_empty() { format!("{x:.4}") } else { engineering(x, unit) };
+    let of = |(n, row): (usize, &[f64; 4])| {
+        line(n.to_string(), array::from_fn(|column| cell(row[column], COLUMNS[column].1)))
+    };
+    head + &(1..).zip(rows).map(of).collect::<String>()
+}
