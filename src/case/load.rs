@@ -26,7 +26,7 @@ const RECORDING_HELP: &str = "it is a recording of a physical case, whose /drag 
 ///
 /// * `folder`: of relative paths
 pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
-    let kinds = ["pulse", "points", "table", "recording"].map(|key| join(key));
+    let kinds = ["pulse", "points", "table", "recording"].map(join);
     let given = kinds.into_iter().find(|key| values.is_given(key));
     let force = match given.as_deref() {
         None => {
