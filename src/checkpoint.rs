@@ -55,7 +55,8 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// * 6: and what it was warned of.
 /// * 7: and under the plain stepper the largest tractions of interfaces.
 /// * 8: the head has what sensors hold back.
-const VERSION: u32 = 8;
+/// * 9: and under the plain stepper the largest ratios of stresses to strengths.
+const VERSION: u32 = 9;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;

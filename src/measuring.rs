@@ -80,22 +80,30 @@ impl Measuring {
     /// What was measured.
     pub fn measures(&self, validity: &Validity) -> Vec<Measure> {
         let Units { length, time, speed, stress, .. } = self.units;
-        let traction = |peak: Option<Peak>| {
-            peak.map_or([None; 3], |peak| {
-                [stress.of(peak.value), length.of(peak.r), time.of(peak.time)].map(Some)
+        let placed = |peak: Option<Peak>| {
+            peak.map_or([None; 4], |peak| {
+                [peak.value, length.of(peak.r), length.of(peak.z), time.of(peak.time)].map(Some)
             })
         };
-        let strain = &validity.strain;
-        let place = [length.of(strain.r), length.of(strain.z), time.of(strain.time)].map(Some);
-        let [r, z, when] = place;
+        let traction = |peak: Option<Peak>, value: &dyn Fn(f64) -> f64| {
+            peak.map_or([None; 3], |peak| {
+                [value(peak.value), length.of(peak.r), time.of(peak.time)].map(Some)
+            })
+        };
+        let pressure = |value| stress.of(value);
         self.seen.measures(&Said {
-            largest_strain: [Some(strain.value), r, z, when],
+            largest_strain: placed(Some(validity.strain)),
+            ratios: [validity.yield_ratio, validity.tensile_ratio].map(placed),
             impact_velocity: Some(speed.of(validity.impact_velocity())).filter(|velocity| *velocity > 0.0),
             mesh_loss: validity.mesh_loss,
             interfaces: validity
                 .interfaces
                 .iter()
-                .map(|peaks| [Some(peaks.tension), peaks.shear].map(traction))
+                .map(|peaks| {
+                    let [tension, shear] =
+                        [Some(peaks.tension), peaks.shear].map(|peak| traction(peak, &pressure));
+                    [tension, shear, traction(peaks.ratio, &|ratio| ratio)]
+                })
                 .collect(),
         })
     }

@@ -79,6 +79,7 @@ pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;
 pub mod strain;
+pub mod strength;
 
 pub use cone::Dependence;
 pub(crate) use gauge::{GaugePlan, UNDER_WAY as GAUGES_UNDER_WAY};
@@ -346,6 +347,8 @@ pub struct Sampling {
     pub strained: Option<Dependence>,
     /// Tension of an interface from which on it is told, if tractions of interfaces are looked at \[γc_p²\].
     pub tension: Option<f64>,
+    /// What the layers bear, from the surface down, see [`mod@strength`]; none where stresses are not compared with it.
+    pub strengths: Vec<strength::Strength>,
 }
 
 impl From<FrameFields> for Sampling {
@@ -415,6 +418,8 @@ pub struct CompletedStep<T> {
     pub gauges: Option<GaugeValues>,
     /// Interfaces that are in tension for the first time, from the surface down.
     pub tensions: Vec<Tension>,
+    /// Strengths that are passed for the first time.
+    pub failures: Vec<strength::Failure>,
 }
 
 /// An elastic target, advanced explicitly in time.
@@ -454,6 +459,12 @@ pub trait Model<T>: Send {
     /// Largest tractions of the interfaces over all levels before the newest one, from the surface down; none where they are not
     /// looked at, see [`Sampling::tension`].
     fn interface_peaks(&mut self) -> Vec<InterfacePeaks>;
+
+    /// Largest ratios of stresses to strengths over all levels before the newest one; none where they are not looked at, see
+    /// [`Sampling::strengths`].
+    fn strength_peaks(&self) -> strength::RatioPeaks {
+        strength::RatioPeaks::default()
+    }
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;

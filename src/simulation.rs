@@ -25,7 +25,11 @@ use crate::{
     indenter::Indenter,
     model::{
         CompletedStep, Coverage, Dependence, Instructions, Model, ModelKind, Request, Sampling, TargetEnergy,
-        Tension, TractionPeak, body::Body, elastic, rakhmatulin::Rakhmatulin,
+        Tension, TractionPeak,
+        body::Body,
+        elastic,
+        rakhmatulin::Rakhmatulin,
+        strength::{Criterion, Failure, RatioPeak, RatioPeaks},
     },
     surface::Surface,
     units::Units,
@@ -341,10 +345,15 @@ impl Simulation {
 
     /// A step with its frame and gauges.
     fn show(&mut self, completed: CompletedStep<Step>) -> Result<View<'static>, SimulationError> {
-        let CompletedStep { step, mut frame, mut gauges, tensions } = completed;
+        let CompletedStep { step, mut frame, mut gauges, tensions, failures } = completed;
         let Step { mut view, balances, striker: shown } = step;
+        let mut events: Vec<Event> =
+            tensions.iter().map(|tension| self.tension(view.time, tension)).collect();
+        events.extend(failures.iter().map(|failure| self.failure(view.time, "target", failure)));
         let mut striker = None;
         if let (Some(body), Some((shown, flight))) = (&self.striker, shown) {
+            let above = shown.failures.iter().map(|failure| self.failure(view.time, "indenter", failure));
+            events.extend(above);
             gauges = Some(body.join_gauges(gauges, shown.gauges, flight));
             if let (Some(target), Some(above)) = (frame, shown.frame) {
                 striker = Some(above.energy);
@@ -354,9 +363,8 @@ impl Simulation {
             }
         }
         view.gauges = gauges.map(Arc::new);
-        if !tensions.is_empty() {
-            let events = tensions.iter().map(|tension| self.tension(view.time, tension));
-            view.events = events.chain(view.events.iter().cloned()).collect();
+        if !events.is_empty() {
+            view.events = events.into_iter().chain(view.events.iter().cloned()).collect();
         }
         let Some(fields) = frame else { return Ok(view) };
         let [before, after] = at_half_steps(balances, fields.energy, striker);
@@ -379,6 +387,29 @@ impl Simulation {
         Event { kind: EventKind::LayerTension, text, r: Some(r), since: None, interface: Some(number) }
     }
 
+    /// A strength that is passed as an event.
+    ///
+    /// * `body`: target or indenter, whose depth is downwards
+    fn failure(&self, time: f64, body: &str, failure: &Failure) -> Event {
+        let Failure { criterion, interface, peak: RatioPeak { ratio, r, z, .. } } = *failure;
+        let depth = if body == "target" { z } else { -z };
+        let [place, depth] = [r, depth].map(|x| self.units.length.text(x));
+        let at = self.units.time.text(time);
+        let number = interface.map(|interface| interface as u32 + 1);
+        let (kind, what) = match (criterion, number) {
+            (Criterion::Bond, Some(number)) => (
+                EventKind::Bond,
+                format!("bond: interface {number} is first beyond the strength of its bond"),
+            ),
+            (Criterion::Tensile, _) => {
+                (EventKind::Tensile, format!("tensile: the {body} is first beyond its tensile strength"))
+            }
+            _ => (EventKind::Yield, format!("yield: the {body} is first beyond its yield strength")),
+        };
+        let text = format!("{what} at r = {place}, z = {depth}, t = {at}, by a factor of {ratio:.3}");
+        Event { kind, text, r: Some(r), since: None, interface: number }
+    }
+
     /// How the run has ended; `None` while it has not.
     pub(crate) fn ending(&self) -> Option<&Ending> {
         self.ending.as_ref()
@@ -396,6 +427,22 @@ impl Simulation {
         validity.rebound = self.rebound;
         let EnergyBalance { initial, dissipated, .. } = self.balance;
         validity.mesh_loss = (initial > 0.0).then(|| dissipated / initial);
+        let RatioPeaks { yielding, tensile, bonds } = self.model.strength_peaks();
+        let above = self.striker.as_ref().map(Striker::strength_peaks).unwrap_or_default();
+        let ratio = |RatioPeak { ratio: value, step, r, z }: RatioPeak| Peak {
+            value,
+            step,
+            time: step as f64 * self.grid.dt(),
+            r,
+            z,
+        };
+        let larger = |below: Option<RatioPeak>, above: Option<RatioPeak>| {
+            let peaks = below.into_iter().chain(above);
+            peaks.reduce(|below, above| if above.ratio > below.ratio { above } else { below }).map(ratio)
+        };
+        validity.yield_ratio = larger(yielding, above.yielding);
+        validity.tensile_ratio = larger(tensile, above.tensile);
+        let mut bonds = bonds.into_iter();
         let peaks = self.model.interface_peaks();
         validity.interfaces = peaks
             .iter()
@@ -413,7 +460,11 @@ impl Simulation {
                         z: self.grid.bottom(layer),
                     }
                 };
-                InterfacePeaks { tension: peak(peaks.tension), shear: sheared.then(|| peak(peaks.shear)) }
+                InterfacePeaks {
+                    tension: peak(peaks.tension),
+                    shear: sheared.then(|| peak(peaks.shear)),
+                    ratio: bonds.next().flatten().map(ratio),
+                }
             })
             .collect();
         validity
@@ -498,6 +549,7 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
         gauges: striker::beside(case.gauges()),
         strained,
         tension: Some(case.record.layer_tension),
+        strengths: if case.is_tiled() { Vec::new() } else { case.strengths(&case.target) },
     };
     let waves = case.waves();
     match case.model {
@@ -649,7 +701,7 @@ mod tests {
         };
         for (model, tolerance) in [("rakhmatulin", 0.01), ("elastic", 0.03)] {
             let (peaks, lowest, events) = of(model, &[], Engine::Blocked);
-            let InterfacePeaks { tension, shear } = peaks[0];
+            let InterfacePeaks { tension, shear, .. } = peaks[0];
             let least = lowest.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("steps");
             assert!((tension.value / -least.1.1 - 1.0).abs() < tolerance, "{model}: {tension:?} {least:?}");
             assert!(

@@ -50,6 +50,9 @@ pub struct InterfacePeaks {
     pub tension: Peak,
     /// Shear |σ_rz| \[γc_p²\]; `None` where layers slide, and in the simplified theory, which has none.
     pub shear: Option<Peak>,
+    /// Largest `√((⟨σ_n⟩/N)² + (τ/S)²)` of tension and shear to the strengths of the bond; `None` where these are not known, and on meshes
+    /// that [`crate::model::strength`] leaves out.
+    pub ratio: Option<Peak>,
 }
 
 /// Largest interface stress and strain so far.
@@ -69,6 +72,10 @@ pub struct Validity {
     pub mesh_loss: Option<f64>,
     /// Largest tractions of the interfaces of layers, from the struck surface down.
     pub interfaces: Vec<InterfacePeaks>,
+    /// Largest ratio of the stress of von Mises to the yield strength, in target and indenter; `None` likewise.
+    pub yield_ratio: Option<Peak>,
+    /// Largest ratio of the first principal stress to the tensile strength, likewise.
+    pub tensile_ratio: Option<Peak>,
     /// Largest drag, with the contact radius as its place \[πR²γc_p²; plane Rγc_p²\].
     pub drag: Peak,
 }

@@ -17,6 +17,7 @@ use crate::{
     model::{
         Field, Gauges, Line, ModelKind,
         scheme::{Corner, Order},
+        strength::Strength,
     },
     recording::Compression,
     shape::{Head, Shape, hertz_depth},
@@ -112,6 +113,18 @@ impl Parameters {
             crate::model::body::Material { impedance: layer.waves.impedance, speed, stiffness }
         };
         body.computed().into_iter().zip(layers).map(material).collect()
+    }
+
+    /// What every computed layer of a body bears, as far as it is known.
+    pub(crate) fn strengths(&self, body: &Target) -> Vec<Strength> {
+        let Some(scales) = self.scales else { return Vec::new() };
+        let of = |strength: f64| scales.reduce(Dimension::Stress, strength);
+        let layer = |TargetLayer { strengths, bond_strength, .. }: TargetLayer| Strength {
+            yielding: strengths.yield_strength.map(of),
+            tensile: strengths.tensile_strength.map(of),
+            bond: bond_strength.map(|BondStrength { normal, shear }| [normal, shear].map(of)),
+        };
+        body.computed().into_iter().map(layer).collect()
     }
 
     /// Modulus of the contact, `1/M = 1/M_target + 1/M_indenter` of the indentation moduli of both; M_target under a rigid indenter \[γc_p²\].

@@ -28,6 +28,9 @@ pub fn channel(case: &Case) -> Channel {
                 EventKind::Separation => Kind::Separation,
                 EventKind::Recontact => Kind::Recontact,
                 EventKind::LayerTension => Kind::LayerTension,
+                EventKind::Yield => Kind::Yield,
+                EventKind::Tensile => Kind::Tensile,
+                EventKind::Bond => Kind::Bond,
                 EventKind::Stopped => Kind::Stopped,
                 EventKind::Warning(_) => Kind::Warning,
             };

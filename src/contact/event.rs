@@ -31,6 +31,12 @@ pub enum EventKind {
     Recontact,
     /// Layers of the target first pull at each other.
     LayerTension,
+    /// The stress of von Mises first passes the yield strength.
+    Yield,
+    /// The first principal stress first passes the tensile strength.
+    Tensile,
+    /// Tension and shear at an interface first pass the strength of its bond.
+    Bond,
     /// The run stops before its end time.
     Stopped,
     /// Results are outside the range of validity; the code is that of a finding.
@@ -44,11 +50,11 @@ pub struct Event {
     pub kind: EventKind,
     /// Description in words.
     pub text: String,
-    /// Radius, of an extension (the largest one of a contact that turns back) or the tension of an interface \[R\].
+    /// Radius, of an extension (the largest one of a contact that turns back) the tension of an interface, or a strength that is passed \[R\].
     pub r: Option<f64>,
     /// Time at which contact was lost, of a separation, or turned back, of an extension: both are reported later \[R/c_p\].
     pub since: Option<f64>,
-    /// Number of the interface between layers, from 1 on, of a tension there.
+    /// Number of the interface between layers, from 1 on, of a tension there and of the strength of its bond.
     pub interface: Option<u32>,
 }
 

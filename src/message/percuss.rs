@@ -148,6 +148,13 @@ pub mod event {
         /// An interface between layers, number `interface`, is first in tension, at `r`. Layers do not separate: from then on the answer is
         /// that of layers which hold together.
         LayerTension = 7,
+        /// The stress of von Mises first passes the yield strength of a layer, of target or indenter, at `r`. It stays elastic: what follows is
+        /// that of a target which does not yield.
+        Yield = 8,
+        /// The first principal stress first passes the tensile strength, likewise.
+        Tensile = 9,
+        /// Tension and shear at an interface between layers, number `interface`, first pass the strength of its bond, at `r`. The layers hold together.
+        Bond = 10,
     }
     impl Kind {
         /// String value of the enum field names used in the ProtoBuf definition.
@@ -164,6 +171,9 @@ pub mod event {
                 Self::Recontact => "RECONTACT",
                 Self::Warning => "WARNING",
                 Self::LayerTension => "LAYER_TENSION",
+                Self::Yield => "YIELD",
+                Self::Tensile => "TENSILE",
+                Self::Bond => "BOND",
             }
         }
         /// Creates an enum from field names used in the ProtoBuf definition.
@@ -177,6 +187,9 @@ pub mod event {
                 "RECONTACT" => Some(Self::Recontact),
                 "WARNING" => Some(Self::Warning),
                 "LAYER_TENSION" => Some(Self::LayerTension),
+                "YIELD" => Some(Self::Yield),
+                "TENSILE" => Some(Self::Tensile),
+                "BOND" => Some(Self::Bond),
                 _ => None,
             }
         }

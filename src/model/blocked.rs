@@ -157,7 +157,7 @@ impl<T> Engine<T> {
     }
 
     fn of(grid: Grid, mut domain: Domain, cone: LightCone, shown: Sampling) -> Self {
-        let Sampling { frames: shown, gauges, strained, tension } = shown;
+        let Sampling { frames: shown, gauges, strained, tension, .. } = shown;
         domain.interfaces.limit = tension;
         let gauges = Arc::new(GaugePlan::new(&gauges, &grid));
         let every = shown.every.max(1);
@@ -371,7 +371,7 @@ impl<T: Send> Model<T> for Engine<T> {
             tensions.retain(|tension: &Tension| tension.level + 1 == level);
             tensions
         });
-        Some(CompletedStep { step, frame, gauges, tensions })
+        Some(CompletedStep { step, frame, gauges, tensions, failures: Vec::new() })
     }
 
     fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {

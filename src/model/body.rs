@@ -782,12 +782,21 @@ impl Scheme<2> for Body {
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
-        let j = self.grid.nz;
-        let strain = match self.grid.back {
-            Back::Rigid => self.strain(level, 0.0, j, i),
-            Back::Free => self.strain_on_face(level, [0.0; 2], j, i),
-        };
-        strain.largest_on_face()
+        self.strain_on_back(level, i).largest_on_face()
+    }
+
+    fn cell_stress(&self, now: &Level<2>, j: usize, i: usize) -> Option<Stress> {
+        self.rows[j].as_ref()?;
+        let [axial, lateral, shear, ..] = self.cell_strains(now, j, i);
+        let sum = |column: isize| self.at(now, 1, j, column) + self.at(now, 1, j + 1, column);
+        let [inner, outer] = &self.columns.hoop;
+        let hoop = 0.5 * (inner[i] * sum(i as isize - 1) + outer[i] * sum(i as isize));
+        Some(self.stress(j, Strain { axial, lateral, hoop, shear }))
+    }
+
+    fn face_stresses(&self, now: &Level<2>, pressure: f64, i: usize) -> Option<[Stress; 2]> {
+        let surface = self.stress(0, self.strain(now, pressure, 0, i));
+        Some([surface, self.stress(self.grid.nz, self.strain_on_back(now, i))])
     }
 }
 
@@ -797,6 +806,21 @@ impl Body {
         let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
         let column = scheme::image_column(i);
         if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
+    }
+
+    /// Stress of a strain in row `j` \[γc_p²\].
+    fn stress(&self, j: usize, strain: Strain) -> Stress {
+        let (medium, unit) = &self.layers[self.grid.layer_of(j)];
+        let Stress { zz, rr, tt, rz } = strain.stress(medium);
+        Stress { zz: unit * zz, rr: unit * rr, tt: unit * tt, rz: unit * rz }
+    }
+
+    /// Strains on the backing at column `i`.
+    fn strain_on_back(&self, level: &Level<2>, i: usize) -> Strain {
+        match self.grid.back {
+            Back::Rigid => self.strain(level, 0.0, self.grid.nz, i),
+            Back::Free => self.strain_on_face(level, [0.0; 2], self.grid.nz, i),
+        }
     }
 
     /// What row `j` of cells gives to node i of row `row` above or below it: [`Forces::above`] or [`Forces::below`].

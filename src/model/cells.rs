@@ -566,6 +566,11 @@ impl Stress {
         (0.5 * differences + 3.0 * rz * rz).sqrt()
     }
 
+    /// First principal stress, the largest tension.
+    pub fn first_principal(&self) -> f64 {
+        principal(self.zz, self.rr, self.rz)[0].max(self.tt)
+    }
+
     /// Largest shear stress, half the difference of the largest and the smallest principal stress (Tresca).
     pub fn max_shear(&self) -> f64 {
         let [first, second] = principal(self.zz, self.rr, self.rz);

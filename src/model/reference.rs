@@ -11,9 +11,11 @@ use ndarray::{Array2, ArrayView1};
 use super::{
     CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks, Model,
     PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
+    cells::Stress,
     cone::{ConeState, LightCone},
     scheme,
-    strain::{CellPeak, Watched},
+    strain::{self, CellPeak, Watched},
+    strength::{RatioPeaks, Strength},
 };
 use crate::{
     grid::Grid,
@@ -112,6 +114,18 @@ pub trait Scheme<const FIELDS: usize>: Send {
 
     /// Largest strain at the backing, column `i`.
     fn backing_strain(&self, level: &Level<FIELDS>, i: usize) -> f64;
+
+    /// Stress in the middle of the cell below row `j` at column `i`; `None` where it is not compared with strengths \[γc_p²\].
+    fn cell_stress(&self, _now: &Level<FIELDS>, _j: usize, _i: usize) -> Option<Stress> {
+        None
+    }
+
+    /// Stresses on the surface and on the backing at column `i`, likewise.
+    ///
+    /// * `pressure`: on the node of the surface \[γc_p²\]
+    fn face_stresses(&self, _now: &Level<FIELDS>, _pressure: f64, _i: usize) -> Option<[Stress; 2]> {
+        None
+    }
 }
 
 /// A target under the plain stepper.
@@ -127,6 +141,9 @@ pub struct Reference<T, S, const FIELDS: usize> {
     tension: Option<f64>,
     /// Largest tractions of interfaces.
     tractions: Vec<InterfacePeaks>,
+    /// What the layers bear, and the largest ratios of stresses to it.
+    strengths: Vec<Strength>,
+    ratios: RatioPeaks,
     /// Interfaces that have been in tension.
     torn: Vec<bool>,
     /// Levels k−1 and k, and room for k+1.
@@ -148,7 +165,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// * `cone`: of this target
     /// * `shown`: what is shown
     pub fn new(grid: Grid, scheme: S, cone: LightCone, shown: impl Into<Sampling>) -> Self {
-        let Sampling { frames, gauges, strained, tension } = shown.into();
+        let Sampling { frames, gauges, strained, tension, strengths } = shown.into();
         let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, scheme.stride())));
         Self {
             before: rest(),
@@ -162,6 +179,8 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             tension,
             torn: vec![false; grid.layers.len() - 1],
             tractions: vec![InterfacePeaks::default(); tension.map_or(0, |_| grid.layers.len() - 1)],
+            ratios: RatioPeaks::new(&strengths),
+            strengths,
             level: 0,
             peaks: Default::default(),
             steps: VecDeque::new(),
@@ -195,6 +214,31 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         for column in 0..self.grid.nr() {
             let strain = self.scheme.backing_strain(&self.now, column).abs();
             *backing = backing.larger(CellPeak { strain, level, row: self.grid.nz, column });
+        }
+    }
+
+    /// Notes how the stresses at level k compare with strengths: in the cells that strains are taken of, and on both faces.
+    ///
+    /// * `loaded`: number of surface nodes that have been in contact
+    /// * `pressure`: on the surface \[γc_p²\]
+    fn note_strengths(&mut self, loaded: usize, pressure: &[f64]) {
+        let (level, grid) = (self.level as usize, &self.grid);
+        let Watched { rows, columns } = Watched::at(grid, level, loaded, usize::MAX);
+        let known = |row: usize| self.strengths.get(grid.layer_of(row)).filter(|layer| layer.is_known());
+        for row in 0..rows.min(self.rows) {
+            let Some(strength) = known(row) else { continue };
+            for column in 0..columns.min(self.columns) {
+                let Some(stress) = self.scheme.cell_stress(&self.now, row, column) else { continue };
+                self.ratios.take(strength, &stress, self.level, || strain::middle(grid, row, column));
+            }
+        }
+        let faces = [0, grid.nz].map(|row| known(row).map(|strength| (row, strength)));
+        for column in 0..if faces == [None; 2] { 0 } else { grid.nr() } {
+            let stresses = self.scheme.face_stresses(&self.now, pressure[column], column);
+            for (face, stress) in faces.iter().zip(stresses.iter().flatten()) {
+                let Some((row, strength)) = face else { continue };
+                self.ratios.take(strength, stress, self.level, || (grid.r(column), grid.z(*row)));
+            }
         }
     }
 
@@ -233,6 +277,10 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         for (interface, peaks) in self.tractions.iter_mut().enumerate().take(reached) {
             for column in 0..self.columns {
                 let [stress, shear] = self.scheme.traction(&self.before, &self.now, interface, column);
+                if let Some(below) = self.strengths.get(interface + 1) {
+                    let place = || (self.grid.r(column), self.grid.bottom(&self.grid.layers[interface]));
+                    self.ratios.take_traction(interface, below, [stress, shear], self.level, place);
+                }
                 let InterfacePeaks { tension, shear: largest_shear } = peaks;
                 *tension = tension.larger(TractionPeak { stress: -stress, level, column });
                 *largest_shear = largest_shear.larger(TractionPeak { stress: shear.abs(), level, column });
@@ -302,8 +350,11 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.note_strains(surface.loaded);
         let frame = request.frame.then(|| self.frame(&surface.pressure));
         let gauges = self.gauge(&surface.pressure, request.lines);
+        let before = self.ratios.clone();
+        self.note_strengths(surface.loaded, &surface.pressure);
         let tensions = self.note_tractions();
-        self.steps.push_back(CompletedStep { step, frame, gauges, tensions });
+        let failures = self.ratios.passed(&before);
+        self.steps.push_back(CompletedStep { step, frame, gauges, tensions, failures });
         std::mem::swap(&mut self.before, &mut self.now);
         std::mem::swap(&mut self.now, &mut self.next);
         self.level += 1;
@@ -332,6 +383,10 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.tractions.clone()
     }
 
+    fn strength_peaks(&self) -> RatioPeaks {
+        self.ratios.clone()
+    }
+
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         let find = |level: &Array2<f64>| {
             let bad = level.indexed_iter().find(|(_, u)| !u.is_finite());
@@ -342,7 +397,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
-        out.put(&(self.cone.state(), self.peaks, &self.torn, &self.tractions))?;
+        out.put(&(self.cone.state(), self.peaks, &self.torn, &self.tractions, &self.ratios))?;
         for level in [&self.before, &self.now] {
             level
                 .iter()
@@ -355,7 +410,9 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
         let cone: ConeState;
         let shown = self.tractions.len();
-        (self.level, (cone, self.peaks, self.torn, self.tractions)) = (step, from.get()?);
+        let known = self.ratios.bonds.len();
+        (self.level, (cone, self.peaks, self.torn, self.tractions, self.ratios)) = (step, from.get()?);
+        StateError::unless(self.ratios.bonds.len() == known, "number of bonds", self.ratios.bonds.len())?;
         StateError::unless(self.tractions.len() == shown, "number of interfaces", self.tractions.len())?;
         self.cone.set(step as usize, cone)?;
         StateError::unless(

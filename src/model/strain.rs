@@ -64,12 +64,17 @@ impl CellPeak {
 
     /// The middle of the cell, `(r, z)` \[R\].
     pub fn place(&self, grid: &Grid) -> (f64, f64) {
-        let r = match (grid.cells_between_nodes, self.column) {
-            (false, i) => grid.r(i),
-            (true, 0) => 0.0,
-            (true, i) => grid.r(i) - 0.5 * grid.width(i),
-        };
-        let layer = grid.layer(self.row);
-        (r, grid.depth_in(layer, (self.row - layer.first) as f64 + 0.5))
+        middle(grid, self.row, self.column)
     }
+}
+
+/// The middle of a cell, `(r, z)` \[R\].
+pub fn middle(grid: &Grid, row: usize, column: usize) -> (f64, f64) {
+    let r = match (grid.cells_between_nodes, column) {
+        (false, i) => grid.r(i),
+        (true, 0) => 0.0,
+        (true, i) => grid.r(i) - 0.5 * grid.width(i),
+    };
+    let layer = grid.layer(row);
+    (r, grid.depth_in(layer, (row - layer.first) as f64 + 0.5))
 }

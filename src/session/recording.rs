@@ -10,7 +10,7 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use percuss_table::measures::{Measure, Observations};
+use percuss_table::measures::{Measure, Observations, RATIOS};
 use serde::{Deserialize, Serialize};
 
 use super::{Flow, Observer, RunError, Status};
@@ -238,10 +238,18 @@ impl Recording {
         peak("largest_pressure", &validity.pressure, stress.of(validity.pressure.value));
         peak("largest_strain", &validity.strain, validity.strain.value);
         peak("largest_strain_at_probes", &validity.probes, validity.probes.value);
-        for (number, InterfacePeaks { tension, shear }) in (1..).zip(&validity.interfaces) {
+        for (name, ratio) in RATIOS.into_iter().zip([&validity.yield_ratio, &validity.tensile_ratio]) {
+            if let Some(ratio) = ratio {
+                peak(name, ratio, ratio.value);
+            }
+        }
+        for (number, InterfacePeaks { tension, shear, ratio }) in (1..).zip(&validity.interfaces) {
             peak(&format!("interface.{number}.tension"), tension, stress.of(tension.value));
             if let Some(shear) = shear {
                 peak(&format!("interface.{number}.shear"), shear, stress.of(shear.value));
+            }
+            if let Some(ratio) = ratio {
+                peak(&format!("interface.{number}.ratio"), ratio, ratio.value);
             }
         }
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());

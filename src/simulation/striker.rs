@@ -19,6 +19,7 @@ use crate::{
     model::{
         CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, Line, Model, PointState,
         Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
+        strength::RatioPeaks,
     },
     state::{StateError, StateReader, StateWriter},
     surface::Surface,
@@ -51,8 +52,12 @@ impl Striker {
             Body::new(grid.clone(), &materials, case.mesh.damping, instructions).with_weight(parts.weight);
         let (inside, order) = inside(case);
         let mass = body.mass();
-        let sampling =
-            Sampling { frames: case.frame_fields(), gauges: inside, strained: None, tension: None };
+        let sampling = Sampling {
+            frames: case.frame_fields(),
+            gauges: inside,
+            strengths: case.strengths(&parts.body),
+            ..Sampling::default()
+        };
         Some(Self {
             mass: if parts.body.thickness.is_some() { mass } else { f64::INFINITY },
             model: body.at_rest(sampling),
@@ -186,6 +191,13 @@ impl Striker {
     pub fn strain_peak(&mut self) -> StrainPeak {
         let peak = self.model.strain_peak();
         StrainPeak { z: -peak.z, ..peak }
+    }
+
+    /// Largest ratios of stresses to strengths.
+    pub fn strength_peaks(&self) -> RatioPeaks {
+        let mut peaks = self.model.strength_peaks();
+        peaks.yielding.iter_mut().chain(&mut peaks.tensile).for_each(|peak| peak.z = -peak.z);
+        peaks
     }
 
     /// Largest strain of the lower face at a level, and its column.

@@ -297,7 +297,7 @@ fn all_fields() -> FrameFields {
 
 /// A step that shows nothing.
 fn bare<T>(step: T) -> CompletedStep<T> {
-    CompletedStep { step, frame: None, gauges: None, tensions: Vec::new() }
+    CompletedStep { step, frame: None, gauges: None, tensions: Vec::new(), failures: Vec::new() }
 }
 
 fn nothing() -> FrameFields {

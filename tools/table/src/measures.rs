@@ -18,8 +18,13 @@ pub const SEPARATION: &str = "SEPARATION";
 /// Contact has come back after its end.
 pub const RECONTACT: &str = "RECONTACT";
 
-/// Tractions of an interface of layers, of which the largest is measured.
-pub const TRACTIONS: [&str; 2] = ["tension", "shear"];
+/// Tractions of an interface of layers, of which the largest is measured, and the ratio of both to the strength of its bond.
+pub const TRACTIONS: [&str; 3] = ["tension", "shear", RATIO];
+/// The last of them.
+pub const RATIO: &str = "ratio";
+
+/// Ratios of stresses to strengths: of von Mises to the yield strength, and of the first principal stress to the tensile strength.
+pub const RATIOS: [&str; 2] = ["yield_ratio", "tensile_ratio"];
 
 /// Units of what is measured; `None` for those that are not known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -129,10 +134,13 @@ pub struct Observations {
 pub struct Said {
     /// The largest strain, its radius, depth and time.
     pub largest_strain: [Option<f64>; 4],
+    /// The largest of [`RATIOS`], each with radius, depth and time; without a value they have no columns.
+    pub ratios: [[Option<f64>; 4]; 2],
     /// V0 of the impact, if it is said; else it is the first velocity.
     pub impact_velocity: Option<f64>,
-    /// Largest tension and shear of the interfaces of layers, from the struck surface down, each with radius and time.
-    pub interfaces: Vec<[[Option<f64>; 3]; 2]>,
+    /// The largest of [`TRACTIONS`] of the interfaces of layers, from the struck surface down, each with radius and time; a ratio without a
+    /// value has no columns.
+    pub interfaces: Vec<[[Option<f64>; 3]; 3]>,
     /// Energy lost by the mesh, as a share of ½M·V0².
     pub mesh_loss: Option<f64>,
 }
@@ -193,7 +201,7 @@ impl Observations {
     /// ```
     pub fn measures(&self, said: &Said) -> Vec<Measure> {
         let Self { drag, velocity, energy, .. } = self;
-        let Said { largest_strain, impact_velocity, interfaces, mesh_loss } = said;
+        let Said { largest_strain, ratios, impact_velocity, interfaces, mesh_loss } = said;
         let [strain, strain_r, strain_z, strain_time] = largest_strain;
         let v0 = impact_velocity.or(self.first);
         let rebound = velocity.value.filter(|rebound| v0.is_some_and(|v0| rebound * v0 < 0.0));
@@ -218,16 +226,28 @@ impl Observations {
             ("largest_strain_time", Quantity::Time, *strain_time),
         ];
         let single = measures.map(|(name, quantity, value)| Measure { name: name.into(), quantity, value });
+        let known = RATIOS.into_iter().zip(ratios).filter(|(_, peak)| peak[0].is_some());
+        let ratios = known.flat_map(|(name, peak)| {
+            let parts = ["", "_r", "_z", "_time"].into_iter();
+            let quantities = [Quantity::Number, Quantity::Length, Quantity::Length, Quantity::Time];
+            parts.zip(quantities).zip(peak).map(move |((part, quantity), value)| Measure {
+                name: format!("{name}{part}").into(),
+                quantity,
+                value: *value,
+            })
+        });
         let interfaces = (1..).zip(interfaces).flat_map(|(number, peaks)| {
-            TRACTIONS.into_iter().zip(peaks).flat_map(move |(traction, peak)| {
-                let parts = [("", Quantity::Stress), ("_r", Quantity::Length), ("_time", Quantity::Time)];
+            let known = |(name, peak): &(&str, &[Option<f64>; 3])| *name != RATIO || peak[0].is_some();
+            TRACTIONS.into_iter().zip(peaks).filter(known).flat_map(move |(traction, peak)| {
+                let quantity = if traction == RATIO { Quantity::Number } else { Quantity::Stress };
+                let parts = [("", quantity), ("_r", Quantity::Length), ("_time", Quantity::Time)];
                 parts.into_iter().zip(peak).map(move |((part, quantity), value)| {
                     let name = format!("interface.{number}.{traction}{part}").into();
                     Measure { name, quantity, value: *value }
                 })
             })
         });
-        single.into_iter().chain(interfaces).collect()
+        single.into_iter().chain(ratios).chain(interfaces).collect()
     }
 }
 

@@ -13,8 +13,10 @@ from ._tables import Columns
 
 Number = float | None
 
-TRACTIONS = ["tension", "shear"]
+RATIOS = ["yield_ratio", "tensile_ratio"]
+TRACTIONS = ["tension", "shear", "ratio"]
 PARTS = ["", "_r", "_time"]
+PLACES = ["", "_r", "_z", "_time"]
 
 
 def measure(
@@ -65,9 +67,16 @@ def measure(
         "largest_strain_z": said("largest_strain.z"),
         "largest_strain_time": said("largest_strain.time"),
         **{
+            f"{ratio}{part}": said(f"{ratio}{part.replace('_', '.')}")
+            for ratio in RATIOS
+            if ratio in validity
+            for part in PLACES
+        },
+        **{
             f"interface.{number}.{traction}{part}": said(f"interface.{number}.{traction}{part.replace('_', '.')}")
             for number in range(1, interfaces(validity) + 1)
             for traction in TRACTIONS
+            if traction != "ratio" or f"interface.{number}.ratio" in validity
             for part in PARTS
         },
     }
@@ -96,9 +105,9 @@ def units_of(
     force: str | None,
     energy: str | None,
     stress: str | None,
-    layered: int,
+    validity: Mapping[str, str],
 ) -> dict[str, str]:
-    """Units of what is measured, from those of the quantities and the number of interfaces; plain numbers have none."""
+    """Units of what is measured, from those of the quantities and the record `percuss.validity`; plain numbers have none."""
     impulse = None if force is None or time is None else f"{force}·{time}"
     units = {
         "peak_force": force,
@@ -113,11 +122,13 @@ def units_of(
         "largest_strain_r": length,
         "largest_strain_z": length,
         "largest_strain_time": time,
+        **{f"{ratio}{part}": unit for ratio in RATIOS if ratio in validity for part, unit in zip(PLACES[1:], [length, length, time])},
         **{
             f"interface.{number}.{traction}{part}": unit
-            for number in range(1, layered + 1)
+            for number in range(1, interfaces(validity) + 1)
             for traction in TRACTIONS
-            for part, unit in zip(PARTS, [stress, length, time])
+            if traction != "ratio" or f"interface.{number}.ratio" in validity
+            for part, unit in zip(PARTS, [None if traction == "ratio" else stress, length, time])
         },
     }
     return {name: unit for name, unit in units.items() if unit is not None}

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use percuss_table::{
-    measures::{Measure, TRACTIONS, Units},
+    measures::{Measure, RATIO, RATIOS, TRACTIONS, Units},
     units::{RECORDED, Unit},
 };
 use serde_json::{Value, json};
@@ -66,13 +66,20 @@ fn results(recording: &Recording, reading: &Reading) -> Rows {
     let stress =
         find(recording, |topic| topic == INTERFACE).and_then(|id| recording.channels[&id].unit("stress"));
     let single = [("Largest pressure", LARGEST_PRESSURE, stress), ("Largest strain", LARGEST_STRAIN, None)];
+    let single = single.into_iter().chain([
+        ("Largest ratio of von Mises to yield strength", RATIOS[0], None),
+        ("Largest ratio of tension to tensile strength", RATIOS[1], None),
+    ]);
     let single = single.map(|(label, key, unit)| (label.to_owned(), key.to_owned(), unit));
     let interfaces =
         (1..).map(|number| TRACTIONS.map(|name| (number, name, format!("interface.{number}.{name}"))));
-    let interfaces = interfaces.take_while(|[(.., key), _]| validity.contains_key(key)).flatten();
-    let interfaces =
-        interfaces.map(|(number, name, key)| (format!("Largest {name} at interface {number}"), key, stress));
-    rows.extend(single.into_iter().chain(interfaces).filter_map(|(label, key, unit)| {
+    let interfaces = interfaces.take_while(|[(.., key), ..]| validity.contains_key(key)).flatten();
+    let interfaces = interfaces.map(|(number, name, key)| {
+        let (what, unit) =
+            if name == RATIO { ("ratio to the strength of the bond", None) } else { (name, stress) };
+        (format!("Largest {what} at interface {number}"), key, unit)
+    });
+    rows.extend(single.chain(interfaces).filter_map(|(label, key, unit)| {
         let number = |key: &str| validity.get(key)?.parse::<f64>().ok();
         let length = units.length.as_deref();
         let place = [("r", length), ("z", length), ("time", units.time.as_deref())];

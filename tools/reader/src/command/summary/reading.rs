@@ -4,7 +4,7 @@ use std::{cell::RefCell, collections::BTreeMap};
 
 use percuss_table::{
     Cell,
-    measures::{Measure, Observations, Said, TRACTIONS, Units},
+    measures::{Measure, Observations, RATIOS, Said, TRACTIONS, Units},
 };
 
 use crate::{
@@ -104,11 +104,13 @@ pub(in crate::command) fn measures(
         ["", ".r", ".time"].map(|part| said(&format!("interface.{number}.{traction}{part}")))
     };
     let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
+    let placed = |name: &str| ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{name}{suffix}")));
     observed.measures(&Said {
-        largest_strain: ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}"))),
+        largest_strain: placed(LARGEST_STRAIN),
+        ratios: RATIOS.map(placed),
         impact_velocity: said(IMPACT_VELOCITY),
         mesh_loss: said(MESH_LOSS),
-        interfaces: interfaces.take_while(|[tension, _]| tension[0].is_some()).collect(),
+        interfaces: interfaces.take_while(|[tension, ..]| tension[0].is_some()).collect(),
     })
 }
 

@@ -1,0 +1,144 @@
+//! How stresses compare with strengths: the largest ratios in a target, and where they first pass 1.
+//!
+//! Strengths change nothing that is computed: beyond them linear elasticity goes on. Stresses are looked at where and when strains are
+//! ([`super::strain`]): in the middle of cells and on both faces. Only targets under [`super::body`] have them: those on graded
+//! meshes, and whatever else needs that engine.
+
+use serde::{Deserialize, Serialize};
+
+use super::cells::Stress;
+
+/// What a layer bears, as far as it is known \[γc_p²\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Strength {
+    /// Stress of von Mises at which it yields.
+    pub yielding: Option<f64>,
+    /// First principal stress at which it breaks.
+    pub tensile: Option<f64>,
+    /// Tension and shear at which its bond to the layer above breaks.
+    pub bond: Option<[f64; 2]>,
+}
+
+impl Strength {
+    /// True if stresses within the layer are compared with something.
+    pub fn is_known(&self) -> bool {
+        self.yielding.is_some() || self.tensile.is_some()
+    }
+
+    /// `√((⟨σ_n⟩/N)² + (τ/S)²)` at its bond to the layer above, the quadratic criterion of delamination (J.C. Brewer, P.A. Lagace, J. Compos.
+    /// Mater. 22, 1988).
+    ///
+    /// * `traction`: −σ_n and τ \[γc_p²\]
+    pub fn bond_ratio(&self, [normal, shear]: [f64; 2]) -> Option<f64> {
+        let [tension, slip] = self.bond?;
+        Some(((-normal).max(0.0) / tension).hypot(shear / slip))
+    }
+}
+
+/// Which strength a ratio is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Criterion {
+    /// That of yielding.
+    Yield,
+    /// That of breaking in tension.
+    Tensile,
+    /// That of the bond of layers.
+    Bond,
+}
+
+/// A strength that is passed for the first time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Failure {
+    /// Of what.
+    pub criterion: Criterion,
+    /// Number of the interface, which is that of the layer above it.
+    pub interface: Option<usize>,
+    /// The ratio, and where it is the largest in this step.
+    pub peak: RatioPeak,
+}
+
+/// A largest ratio of a stress to a strength so far: where there are several, the first that was met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RatioPeak {
+    /// The ratio.
+    pub ratio: f64,
+    /// Step.
+    pub step: u64,
+    /// Radius \[R\].
+    pub r: f64,
+    /// Depth \[R\].
+    pub z: f64,
+}
+
+/// The largest ratios so far; `None` of strengths that are not known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RatioPeaks {
+    /// Von Mises to yield strength.
+    pub yielding: Option<RatioPeak>,
+    /// First principal stress to tensile strength.
+    pub tensile: Option<RatioPeak>,
+    /// Of the bonds of layers, from the struck surface down.
+    pub bonds: Vec<Option<RatioPeak>>,
+}
+
+/// Raises a peak to a ratio, if that is larger.
+fn raise(peak: &mut Option<RatioPeak>, ratio: Option<f64>, step: u64, place: impl Fn() -> (f64, f64)) {
+    if let (Some(peak), Some(ratio)) = (peak, ratio)
+        && ratio > peak.ratio
+    {
+        let (r, z) = place();
+        *peak = RatioPeak { ratio, step, r, z };
+    }
+}
+
+impl RatioPeaks {
+    /// Those of a target at rest.
+    ///
+    /// * `strengths`: of its layers, from the surface down
+    pub fn new(strengths: &[Strength]) -> Self {
+        let start = |is_known: bool| is_known.then(RatioPeak::default);
+        Self {
+            yielding: start(strengths.iter().any(|layer| layer.yielding.is_some())),
+            tensile: start(strengths.iter().any(|layer| layer.tensile.is_some())),
+            bonds: strengths.iter().skip(1).map(|below| start(below.bond.is_some())).collect(),
+        }
+    }
+
+    /// Takes a stress in a layer \[γc_p²\].
+    pub fn take(&mut self, strength: &Strength, stress: &Stress, step: u64, place: impl Fn() -> (f64, f64)) {
+        let of_yield = strength.yielding.map(|strength| stress.von_mises() / strength);
+        let of_tension = strength.tensile.map(|strength| stress.first_principal() / strength);
+        raise(&mut self.yielding, of_yield, step, &place);
+        raise(&mut self.tensile, of_tension, step, &place);
+    }
+
+    /// Takes the traction of an interface: −σ_n and τ \[γc_p²\].
+    ///
+    /// * `below`: strength of the layer below it
+    pub fn take_traction(
+        &mut self,
+        interface: usize,
+        below: &Strength,
+        traction: [f64; 2],
+        step: u64,
+        place: impl Fn() -> (f64, f64),
+    ) {
+        raise(&mut self.bonds[interface], below.bond_ratio(traction), step, place);
+    }
+
+    /// Strengths that were not passed before.
+    pub fn passed(&self, before: &Self) -> Vec<Failure> {
+        let failure = |criterion, interface, now: &Option<RatioPeak>, before: &Option<RatioPeak>| {
+            let is_first = before.is_none_or(|before| before.ratio <= 1.0);
+            let peak = now.filter(|now| is_first && now.ratio > 1.0)?;
+            Some(Failure { criterion, interface, peak })
+        };
+        let within = [
+            failure(Criterion::Yield, None, &self.yielding, &before.yielding),
+            failure(Criterion::Tensile, None, &self.tensile, &before.tensile),
+        ];
+        let pairs = self.bonds.iter().zip(&before.bonds).enumerate();
+        let bonds = pairs.map(|(number, (now, before))| failure(Criterion::Bond, Some(number), now, before));
+        within.into_iter().chain(bonds).flatten().collect()
+    }
+}
