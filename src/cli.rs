@@ -204,7 +204,7 @@ impl From<SearchError> for CliError {
         match error {
             SearchError::Case(errors) => Self::Case(errors),
             SearchError::Run(error) => Self::Run(error),
-            SearchError::NotFound { .. } => Self::NotAdmissible(error.to_string()),
+            SearchError::NotFound { .. } | SearchError::Unknown(_) => Self::NotAdmissible(error.to_string()),
         }
     }
 }

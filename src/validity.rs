@@ -133,7 +133,13 @@ impl Validity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{case::Case, session, simulation::Simulation};
+    use crate::{
+        case::Case,
+        model::cells::Stress,
+        session,
+        simulation::Simulation,
+        view::{EventKind, View},
+    };
 
     #[test]
     fn the_paper_without_its_factor_two() {
@@ -157,6 +163,71 @@ mod tests {
         assert!((value / 0.0570 - 1.0).abs() < 0.05, "{value}");
         assert!((0.1..0.2).contains(&case.units().length.of(z * 1e3)), "{z}");
         assert!(validity.probes.value < value, "{:?}", validity.probes);
+    }
+
+    /// Share by which the largest ratio may differ from Hertz: measured −3.3 % with 10 cells across the contact, and of a slower ball −4.3,
+    /// −1.6 and −0.5 % with 10, 20 and 40.
+    const HERTZ_TOLERANCE: f64 = 0.05;
+
+    #[test]
+    fn a_ball_first_yields_at_a_pressure_of_1_6_yield_strengths() {
+        let ball = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nmaterial = \"steel\"\n[indenter]\n\
+            shape = \"sphere\"\nnose_radius = \"5 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"5 m/s\"\n\
+            [mesh]\ncontact_cells = 10\n[run]\nend_time = \"12 us\"\n[record]\nframes = 0\n";
+        let case = Case::sound(ball, &[]);
+        let mut kinds = Vec::new();
+        let mut watch = |view: &View<'_>| kinds.extend(view.events.iter().map(|event| event.kind));
+        let validity = session::run(&mut Simulation::new(&case), &mut [&mut watch]).expect("a run").validity;
+        let Peak { value, r, z, .. } = validity.yield_ratio.expect("a yield strength");
+        let pressure = case.units().stress.of(validity.pressure.value);
+        let expected = pressure / (1.6 * 355e6);
+        assert!((value / expected - 1.0).abs() < HERTZ_TOLERANCE, "{value} {expected}");
+        // at 0.48 contact radii below the axis
+        let depth = z / validity.drag.r;
+        assert!((0.4..0.6).contains(&depth) && r == 0.0, "{depth} {r}");
+        assert_eq!(kinds.iter().filter(|kind| **kind == EventKind::Yield).count(), 1, "{kinds:?}");
+    }
+
+    /// Share by which the largest ratio may differ from that of the recorded stresses.
+    const FIELD_TOLERANCE: f64 = 0.05;
+
+    #[test]
+    fn ratios_of_a_laminate_are_those_of_its_stresses() {
+        let text = "model = \"elastic\"\n[target]\nback = \"free\"\n[[target.layer]]\nmaterial = \"silicon-carbide\"\n\
+            thickness = \"3 mm\"\n[[target.layer]]\nmaterial = \"glass\"\nthickness = \"3 mm\"\n\
+            bond_strength = { normal = \"30 MPa\", shear = \"20 MPa\" }\n[indenter]\nshape = \"sphere\"\n\
+            nose_radius = \"5 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"10 m/s\"\n[mesh]\ncontact_cells = 10\n\
+            [run]\nend_time = \"6 us\"\n[record]\nframes = 300\nlines = [{ z = \"3 mm\" }]\n\
+            fields = [\"stress\", \"stress_rr\", \"stress_tt\", \"stress_rz\"]\n";
+        let case = Case::sound(text, &[]);
+        let (strength, interface) = (case.strengths(&case.target)[1], case.grid().layers[1].first);
+        let tensile = strength.tensile.expect("of glass");
+        let mut largest = 0.0_f64;
+        let mut watch = |view: &View<'_>| {
+            let Some(frame) = &view.frame else { return };
+            let samples = &frame.fields.samples;
+            let nr = samples[0].extent.nr;
+            for place in interface * nr..samples[0].values.len() {
+                let [zz, rr, tt, rz] = [0, 1, 2, 3].map(|n| -f64::from(samples[n].values[place]));
+                let stress = Stress { zz, rr, tt, rz };
+                largest = largest.max(stress.first_principal() / tensile);
+            }
+        };
+        let validity = session::run(&mut Simulation::new(&case), &mut [&mut watch]).expect("a run").validity;
+        let tension = validity.tensile_ratio.expect("a tensile strength");
+        assert!((tension.value / largest - 1.0).abs() < FIELD_TOLERANCE, "{tension:?} {largest}");
+        assert_eq!(validity.yield_ratio, None);
+        // tension and shear are the largest at different places
+        let InterfacePeaks { tension, shear, ratio } = validity.interfaces[0];
+        let [normal, slip] = strength.bond.expect("of the bond");
+        let (ratio, parts) =
+            (ratio.expect("a ratio").value, [tension.value / normal, shear.expect("welded").value / slip]);
+        let [least, most] = [parts[0].max(parts[1]), parts[0].hypot(parts[1])];
+        assert!((least..=most).contains(&ratio), "{ratio} {parts:?}");
+        // the plain stepper of equal cells compares nothing
+        let uniform = Case::sound(text, &["mesh.cells=20", "record.frames=0", "run.end_time=\"0.1 us\""]);
+        let validity = session::run(&mut Simulation::reference(&uniform), &mut []).expect("a run").validity;
+        assert_eq!((validity.tensile_ratio, validity.interfaces[0].ratio), (None, None));
     }
 
     #[test]

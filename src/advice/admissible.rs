@@ -1,4 +1,4 @@
-//! The largest impact velocity that keeps the strain of a case within the limit of linear theory.
+//! The largest impact velocity that keeps the strain of a case within the limit of linear theory, or its stresses within strengths.
 //!
 //! Under a flat face strains are proportional to V0, and one run gives the velocity. Under any other head they are not: at the same
 //! *geometry* of the head, a slower indenter has a sharper contact, and the strain decreases more slowly than V0, under a cone
@@ -10,13 +10,13 @@ use crate::{
     session::{self, RunError},
     simulation::Simulation,
     units::Dimension,
-    validity::STRAIN_LIMIT,
+    validity::{STRAIN_LIMIT, Validity},
     view::View,
 };
 
-/// Strains from this share of [`STRAIN_LIMIT`] up to the limit itself count as having reached it.
+/// Values from this share of a limit up to the limit itself count as having reached it.
 pub const CLOSE: f64 = 0.97;
-/// Strain that trials aim at, relative to [`STRAIN_LIMIT`].
+/// Value that trials aim at, relative to the limit.
 const AIM: f64 = 0.985;
 /// Nodes in contact that a trial needs at least: with fewer, the strain depends on the mesh and not on the head.
 const FEWEST_NODES: usize = 6;
@@ -25,6 +25,57 @@ const MOST_TRIALS: usize = 40;
 /// Largest ratio of the velocities of two trials while all strains lie on one side of the limit.
 const LARGEST_STEP: f64 = 30.0;
 
+/// What is kept within its limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Limit {
+    /// Largest strain, within 0.005
+    #[default]
+    Strain,
+    /// Stress of von Mises, within the yield strength
+    Yield,
+    /// First principal stress, within the tensile strength
+    Tensile,
+    /// Tension and shear at interfaces of layers, within the strength of their bonds
+    Bond,
+}
+
+impl Limit {
+    /// The largest value of a run over its limit; `None` where it is not measured.
+    fn reached(self, validity: &Validity) -> Option<f64> {
+        let peak = match self {
+            Self::Strain => return Some(validity.strain.value / STRAIN_LIMIT),
+            Self::Yield => validity.yield_ratio,
+            Self::Tensile => validity.tensile_ratio,
+            Self::Bond => {
+                let ratios = validity.interfaces.iter().filter_map(|peaks| peaks.ratio);
+                ratios.reduce(|a, b| if b.value > a.value { b } else { a })
+            }
+        };
+        peak.map(|peak| peak.value)
+    }
+
+    /// What is compared, in words.
+    fn subject(self) -> &'static str {
+        match self {
+            Self::Strain => "strains",
+            Self::Yield => "the stress of von Mises",
+            Self::Tensile => "the first principal stress",
+            Self::Bond => "the tractions of interfaces",
+        }
+    }
+
+    /// What is kept, in words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Strain => "the strain within 0.005",
+            Self::Yield => "stresses within the yield strength",
+            Self::Tensile => "stresses within the tensile strength",
+            Self::Bond => "interfaces within the strength of their bonds",
+        }
+    }
+}
+
 /// A run of the case at a velocity.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Trial {
@@ -32,6 +83,8 @@ pub struct Trial {
     pub velocity: f64,
     /// Largest strain of the whole target, see [`crate::validity`].
     pub strain: f64,
+    /// What is limited, over its limit.
+    pub ratio: f64,
     /// Surface nodes in contact, up to the outermost ever.
     pub nodes: usize,
 }
@@ -47,45 +100,62 @@ pub enum SearchError {
     Run(#[from] RunError),
     /// There is no such velocity, or the mesh is too coarse to find it.
     #[error(
-        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {velocity} it is {:.4}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
-        .trial.strain, .trial.nodes
+        "no impact velocity is found that keeps {}: at V0 = {velocity} the limit is reached by a factor of {:.4}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
+        .limit.text(), .trial.ratio, .trial.nodes
     )]
     NotFound {
+        /// The limit.
+        limit: Limit,
         /// The trial that came nearest.
         trial: Trial,
         /// Its velocity with its unit.
         velocity: String,
     },
+    /// The limit is not measured.
+    #[error(
+        "no run of this case compares {} with what it bears: strengths are those of materials (yield_strength, tensile_strength) and of bonds (target.layer.bond_strength) of a physical case, and compared on graded meshes; give them, and mesh.contact_cells",
+        .0.subject()
+    )]
+    Unknown(Limit),
 }
 
-/// Finds the largest velocity at which the strain stays within [`STRAIN_LIMIT`], and no less than [`CLOSE`] of it.
+/// Finds the largest velocity at which a value stays within its limit, and no less than [`CLOSE`] of it.
 ///
 /// * `watch`: called after every trial
 ///
 /// # Errors
 ///
 /// A trial that is invalid or fails, or no such velocity.
-pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
+pub fn find(case: &Case, limit: Limit, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
     let not_found = |trial: Trial| SearchError::NotFound {
+        limit,
         trial,
         velocity: case.units().speed.short_text(trial.velocity),
     };
     let mut run = |velocity: f64| -> Result<Trial, SearchError> {
-        let trial = run(&at_velocity(case, velocity)?)?;
+        let trial = run(&at_velocity(case, velocity)?, limit)?;
         watch(&trial);
         Ok(trial)
     };
     if case.indenter.head.is_flat() {
         let trial = run(case.impact.velocity)?;
-        let factor = STRAIN_LIMIT / trial.strain;
-        return Ok(Trial { velocity: factor * trial.velocity, strain: STRAIN_LIMIT, ..trial });
+        let factor = 1.0 / trial.ratio;
+        return Ok(Trial {
+            velocity: factor * trial.velocity,
+            strain: factor * trial.strain,
+            ratio: 1.0,
+            ..trial
+        });
     }
-    // first contact strains the target by V0, as in one dimension: no larger velocity is admissible
-    let mut velocity = STRAIN_LIMIT;
+    let mut velocity = match limit {
+        // first contact strains the target by V0, as in one dimension: no larger velocity is admissible
+        Limit::Strain => STRAIN_LIMIT,
+        Limit::Yield | Limit::Tensile | Limit::Bond => case.impact.velocity,
+    };
     let mut search = Search::default();
     for _ in 0..MOST_TRIALS {
         let trial = run(velocity)?;
-        if trial.strain > STRAIN_LIMIT && trial.nodes < FEWEST_NODES {
+        if trial.ratio > 1.0 && trial.nodes < FEWEST_NODES {
             return Err(not_found(trial));
         }
         match search.next(trial) {
@@ -97,6 +167,7 @@ pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchE
     Err(not_found(search.fastest_within.or(search.slowest_beyond).unwrap_or(Trial {
         velocity,
         strain: f64::NAN,
+        ratio: f64::NAN,
         nodes: 0,
     })))
 }
@@ -106,11 +177,12 @@ fn at_velocity(case: &Case, velocity: f64) -> Result<Case, CaseErrors> {
     case.vary_surface().set("impact.velocity", case.written(Dimension::Speed, velocity)).build()
 }
 
-fn run(case: &Case) -> Result<Trial, RunError> {
+fn run(case: &Case, limit: Limit) -> Result<Trial, SearchError> {
     let mut nodes = 0;
     let mut count = |view: &View<'_>| nodes = view.interface.pressure.len();
     let outcome = session::run(&mut Simulation::new(case), &mut [&mut count])?;
-    Ok(Trial { velocity: case.impact.velocity, strain: outcome.validity.strain.value, nodes })
+    let ratio = limit.reached(&outcome.validity).ok_or(SearchError::Unknown(limit))?;
+    Ok(Trial { velocity: case.impact.velocity, strain: outcome.validity.strain.value, ratio, nodes })
 }
 
 /// Results of the trials so far.
@@ -127,18 +199,18 @@ enum Next {
 }
 
 impl Search {
-    /// Secants of `ln strain` over `ln V0`, kept inside the bracket once there is one.
+    /// Secants of `ln ratio` over `ln V0`, kept inside the bracket once there is one.
     fn next(&mut self, trial: Trial) -> Next {
-        if (CLOSE * STRAIN_LIMIT..=STRAIN_LIMIT).contains(&trial.strain) {
+        if (CLOSE..=1.0).contains(&trial.ratio) {
             return Next::Found(trial);
         }
         let before = self.last.replace(trial);
-        if trial.strain <= STRAIN_LIMIT {
+        if trial.ratio <= 1.0 {
             self.fastest_within = Some(trial);
         } else {
             self.slowest_beyond = Some(trial);
         }
-        let missing = (AIM * STRAIN_LIMIT / trial.strain).ln();
+        let missing = (AIM / trial.ratio).ln();
         match (self.fastest_within, self.slowest_beyond) {
             (Some(within), Some(beyond)) => {
                 let width = (beyond.velocity / within.velocity).ln();
@@ -146,13 +218,13 @@ impl Search {
                     // the strain jumps here from one number of nodes in contact to the next
                     return Next::Found(within);
                 }
-                let rise = (beyond.strain / within.strain).ln();
-                let share = ((AIM * STRAIN_LIMIT / within.strain).ln() / rise).clamp(0.1, 0.9);
+                let rise = (beyond.ratio / within.ratio).ln();
+                let share = ((AIM / within.ratio).ln() / rise).clamp(0.1, 0.9);
                 Next::Try(within.velocity * (share * width).exp())
             }
             _ => {
                 let slope = before.map_or(0.5, |before| {
-                    (trial.strain / before.strain).ln() / (trial.velocity / before.velocity).ln()
+                    (trial.ratio / before.ratio).ln() / (trial.velocity / before.velocity).ln()
                 });
                 // between a cone's and a flat face's
                 let step = missing / slope.clamp(0.05, 1.0);
@@ -171,7 +243,12 @@ mod tests {
         let mut search = Search::default();
         let mut velocity = STRAIN_LIMIT;
         for trials in 1..MOST_TRIALS {
-            match search.next(Trial { velocity, strain: strain(velocity), nodes: 10 }) {
+            match search.next(Trial {
+                velocity,
+                strain: strain(velocity),
+                ratio: strain(velocity) / STRAIN_LIMIT,
+                nodes: 10,
+            }) {
                 Next::Found(trial) => return (trial.velocity, trials),
                 Next::Try(next) => velocity = next,
             }

@@ -9,7 +9,7 @@ use super::{CaseArguments, CliError, Exit, layers, print, print_document, scales
 use crate::{
     advice::{
         self, Finding,
-        admissible::{self, Trial},
+        admissible::{self, Limit, Trial},
         cost::{self, Estimate},
         impact::Expected,
         rigidity::Rigidity,
@@ -44,6 +44,9 @@ pub(super) struct Check {
     /// the head: by one run of the case if its face is flat, by five to ten otherwise
     #[arg(long, conflicts_with = "resolved")]
     admissible: bool,
+    /// What `--admissible` keeps within its limit; strengths are compared on graded meshes
+    #[arg(long, value_enum, default_value_t, requires = "admissible")]
+    limit: Limit,
     /// Print everything as JSON
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
@@ -57,29 +60,32 @@ impl Check {
             return Ok(Exit::Done);
         }
         let estimate = Estimate::new(&case);
-        let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
+        let admissible = self.admissible.then(|| find_velocity(&case, self.limit)).transpose()?;
         let findings = advice::of_case(&case);
         if self.json {
-            print_document(&json(&case, &estimate, admissible, &findings))?;
+            print_document(&json(&case, &estimate, admissible.map(|trial| (self.limit, trial)), &findings))?;
         } else {
             for Finding { text, .. } in &findings {
                 say(&format!("warning: {text}"));
             }
-            print(&table(&self.case.case, &case, &estimate, admissible))?;
+            print(&table(&self.case.case, &case, &estimate, admissible.map(|trial| (self.limit, trial))))?;
         }
         Ok(Exit::Done)
     }
 }
 
-fn find_velocity(case: &Case) -> Result<Trial, CliError> {
+fn find_velocity(case: &Case, limit: Limit) -> Result<Trial, CliError> {
     let is_terminal = io::stderr().is_terminal();
     let watch = |trial: &Trial| {
         if is_terminal {
             let velocity = case.units().speed.short_text(trial.velocity);
-            say(&format!("trial: V0 = {velocity}, largest strain {:.5}", trial.strain));
+            say(&format!(
+                "trial: V0 = {velocity}, largest strain {:.5}, {:.3} of the limit",
+                trial.strain, trial.ratio
+            ));
         }
     };
-    Ok(admissible::find(case, watch)?)
+    Ok(admissible::find(case, limit, watch)?)
 }
 
 /// A velocity in m/s, where the case gives c_p.
@@ -87,7 +93,12 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
     Some(velocity * case.scales?.of(Dimension::Speed))
 }
 
-fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, findings: &[Finding]) -> String {
+fn json(
+    case: &Case,
+    estimate: &Estimate,
+    admissible: Option<(Limit, Trial)>,
+    findings: &[Finding],
+) -> String {
     let mut value = serde_json::json!({
         "version": 4,
         "valid": true,
@@ -128,7 +139,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, findings: &
         "rigidity": Rigidity::of(case),
         "warnings": findings,
     });
-    if let Some(Trial { velocity, strain, nodes }) = admissible {
+    if let Some((limit, Trial { velocity, strain, ratio, nodes })) = admissible {
         value["admissible"] = serde_json::json!({
             "velocity": velocity,
             "velocity_m_per_s": metres_per_second(case, velocity),
@@ -136,11 +147,15 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, findings: &
             "strain_limit": STRAIN_LIMIT,
             "nodes_in_contact": nodes,
         });
+        if limit != Limit::Strain {
+            value["admissible"]["limit"] = format!("{limit:?}").to_lowercase().into();
+            value["admissible"]["ratio"] = ratio.into();
+        }
     }
     format!("{value:#}\n")
 }
 
-fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
+fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<(Limit, Trial)>) -> String {
     let &Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, .. } = &case.sizes;
     let Units { length, time, .. } = case.units();
     let (nodes, courant) = (format!("{nr} x {} nodes", nz + 1), case.wave_speed() * dt / dr);
@@ -199,12 +214,17 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
             format!("{bounces} impacts, each a run with a recording; all above is of the first"),
         ));
     }
-    if let Some(Trial { velocity, strain, .. }) = admissible {
+    if let Some((limit, Trial { velocity, strain, ratio, .. })) = admissible {
         let velocity = metres_per_second(case, velocity)
             .map_or_else(|| format!("{velocity:.4e}"), |si| format!("{si:.4e} m/s"));
         rows.push((
             "velocity",
-            format!("V0 = {velocity} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}"),
+            match limit {
+                Limit::Strain => {
+                    format!("V0 = {velocity} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}")
+                }
+                _ => format!("V0 = {velocity} keeps {}, at {ratio:.3} of it", limit.text()),
+            },
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()

@@ -2,7 +2,7 @@
 //! for any head.
 
 use percuss::{
-    advice::admissible::{CLOSE, Trial, find},
+    advice::admissible::{CLOSE, Limit, Trial, find},
     session,
     simulation::Simulation,
     validity::STRAIN_LIMIT,
@@ -13,7 +13,8 @@ use super::case;
 /// The velocity found for a built-in case, and the number of trials.
 fn search(name: &str, overrides: &[&str]) -> (Trial, usize) {
     let mut trials = 0;
-    let found = find(&case(name, overrides), |_| trials += 1).unwrap_or_else(|error| panic!("{error}"));
+    let found = find(&case(name, overrides), Limit::Strain, |_| trials += 1)
+        .unwrap_or_else(|error| panic!("{error}"));
     (found, trials)
 }
 
@@ -62,6 +63,6 @@ fn flat_faces_scale() {
 fn a_head_too_sharp_for_any_velocity_is_reported() {
     // a cone slower than the waves strains the target in proportion to its slope
     let overrides = ["record.frames=0", "mesh.cells=20", "impact.contact=unilateral", "indenter.slope=20"];
-    let error = find(&case("fig6a", &overrides), |_| ()).expect_err("too sharp").to_string();
+    let error = find(&case("fig6a", &overrides), Limit::Strain, |_| ()).expect_err("too sharp").to_string();
     assert!(error.contains("no impact velocity") && error.contains("mesh.cells"), "{error}");
 }

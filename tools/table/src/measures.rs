@@ -134,12 +134,11 @@ pub struct Observations {
 pub struct Said {
     /// The largest strain, its radius, depth and time.
     pub largest_strain: [Option<f64>; 4],
-    /// The largest of [`RATIOS`], each with radius, depth and time; without a value they have no columns.
+    /// The largest of [`RATIOS`], each with radius, depth and time.
     pub ratios: [[Option<f64>; 4]; 2],
     /// V0 of the impact, if it is said; else it is the first velocity.
     pub impact_velocity: Option<f64>,
-    /// The largest of [`TRACTIONS`] of the interfaces of layers, from the struck surface down, each with radius and time; a ratio without a
-    /// value has no columns.
+    /// The largest of [`TRACTIONS`] of the interfaces of layers, from the struck surface down, each with radius and time.
     pub interfaces: Vec<[[Option<f64>; 3]; 3]>,
     /// Energy lost by the mesh, as a share of ½M·V0².
     pub mesh_loss: Option<f64>,
@@ -226,8 +225,7 @@ impl Observations {
             ("largest_strain_time", Quantity::Time, *strain_time),
         ];
         let single = measures.map(|(name, quantity, value)| Measure { name: name.into(), quantity, value });
-        let known = RATIOS.into_iter().zip(ratios).filter(|(_, peak)| peak[0].is_some());
-        let ratios = known.flat_map(|(name, peak)| {
+        let ratios = RATIOS.into_iter().zip(ratios).flat_map(|(name, peak)| {
             let parts = ["", "_r", "_z", "_time"].into_iter();
             let quantities = [Quantity::Number, Quantity::Length, Quantity::Length, Quantity::Time];
             parts.zip(quantities).zip(peak).map(move |((part, quantity), value)| Measure {
@@ -237,8 +235,7 @@ impl Observations {
             })
         });
         let interfaces = (1..).zip(interfaces).flat_map(|(number, peaks)| {
-            let known = |(name, peak): &(&str, &[Option<f64>; 3])| *name != RATIO || peak[0].is_some();
-            TRACTIONS.into_iter().zip(peaks).filter(known).flat_map(move |(traction, peak)| {
+            TRACTIONS.into_iter().zip(peaks).flat_map(move |(traction, peak)| {
                 let quantity = if traction == RATIO { Quantity::Number } else { Quantity::Stress };
                 let parts = [("", quantity), ("_r", Quantity::Length), ("_time", Quantity::Time)];
                 parts.into_iter().zip(peak).map(move |((part, quantity), value)| {

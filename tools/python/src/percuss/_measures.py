@@ -69,14 +69,12 @@ def measure(
         **{
             f"{ratio}{part}": said(f"{ratio}{part.replace('_', '.')}")
             for ratio in RATIOS
-            if ratio in validity
             for part in PLACES
         },
         **{
             f"interface.{number}.{traction}{part}": said(f"interface.{number}.{traction}{part.replace('_', '.')}")
             for number in range(1, interfaces(validity) + 1)
             for traction in TRACTIONS
-            if traction != "ratio" or f"interface.{number}.ratio" in validity
             for part in PARTS
         },
     }
@@ -105,9 +103,9 @@ def units_of(
     force: str | None,
     energy: str | None,
     stress: str | None,
-    validity: Mapping[str, str],
+    layered: int,
 ) -> dict[str, str]:
-    """Units of what is measured, from those of the quantities and the record `percuss.validity`; plain numbers have none."""
+    """Units of what is measured, from those of the quantities and the number of interfaces; plain numbers have none."""
     impulse = None if force is None or time is None else f"{force}·{time}"
     units = {
         "peak_force": force,
@@ -122,12 +120,11 @@ def units_of(
         "largest_strain_r": length,
         "largest_strain_z": length,
         "largest_strain_time": time,
-        **{f"{ratio}{part}": unit for ratio in RATIOS if ratio in validity for part, unit in zip(PLACES[1:], [length, length, time])},
+        **{f"{ratio}{part}": unit for ratio in RATIOS for part, unit in zip(PLACES[1:], [length, length, time])},
         **{
             f"interface.{number}.{traction}{part}": unit
-            for number in range(1, interfaces(validity) + 1)
+            for number in range(1, layered + 1)
             for traction in TRACTIONS
-            if traction != "ratio" or f"interface.{number}.ratio" in validity
             for part, unit in zip(PARTS, [None if traction == "ratio" else stress, length, time])
         },
     }

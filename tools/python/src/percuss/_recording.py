@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ._arrays import Times, pick, read_arrays
 from ._file import File, RecordingError
-from ._measures import measure, recorded, units_of
+from ._measures import interfaces, measure, recorded, units_of
 from ._tables import Columns, read_columns
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class Recording(Generic[Table_co]):
             drag.get("force"),
             energy.get("kinetic"),
             stress.get("stress"),
-            self.metadata.get("percuss.validity", {}),
+            interfaces(self.metadata.get("percuss.validity", {})),
         )
 
     @property
