@@ -413,7 +413,7 @@ fn the_force_of_a_recording_presses() {
     let folder = folder();
     let of = |verb: &str, settings: &[&str]| {
         let settings = settings.iter().flat_map(|setting| ["--set", setting]);
-        let start = [verb, "experiment-steel-plate", "--set", "mesh.cells=1", "--set", "record.frames=0"];
+        let start = [verb, "experiment-steel-plate", "--set", "mesh.cells=2", "--set", "record.frames=0"];
         percuss(folder.path(), &start.into_iter().chain(settings).collect::<Vec<_>>())
     };
     assert!(of("run", &[]).status.success());
