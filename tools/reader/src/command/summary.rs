@@ -49,6 +49,8 @@ both. Of others, as of older programs, cut off or recovered, they are measured f
   energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
                        /energy; empty for runs without frames, which have none
   largest_strain       largest strain, with its radius, depth and time in largest_strain_r, _z and _time
+  yield_ratio          largest stress of von Mises over the yield strength, on graded meshes, likewise
+  tensile_ratio        largest first principal stress over the tensile strength, likewise
   interface.<n>.tension, interface.<n>.shear  of targets of layers, from the struck surface down: largest tension and shear of
                        interface n, with radius and time in interface.<n>.tension_r, _time, ...; shear in the full theory, of welded
                        layers
