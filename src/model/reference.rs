@@ -233,8 +233,9 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             }
         }
         let faces = [0, grid.nz].map(|row| known(row).map(|strength| (row, strength)));
-        for column in 0..if faces == [None; 2] { 0 } else { grid.nr() } {
-            let stresses = self.scheme.face_stresses(&self.now, pressure[column], column);
+        let columns = if faces == [None; 2] { 0 } else { grid.nr() };
+        for (column, pressure) in pressure.iter().enumerate().take(columns) {
+            let stresses = self.scheme.face_stresses(&self.now, *pressure, column);
             for (face, stress) in faces.iter().zip(stresses.iter().flatten()) {
                 let Some((row, strength)) = face else { continue };
                 self.ratios.take(strength, stress, self.level, || (grid.r(column), grid.z(*row)));
