@@ -132,7 +132,7 @@ struct Runs<'a, W> {
 impl<W: FnMut(usize, &Trial, &[Measure])> Runs<'_, W> {
     /// Runs the case at a place in the ranges.
     ///
-    /// * `observer`: sees the run too
+    /// * `x`: shares of the ranges
     fn run(&mut self, x: &[f64]) -> Result<Residuals, FitError> {
         let shares = x.iter().map(|share| share.clamp(0.0, 1.0));
         let values: Vec<String> =
