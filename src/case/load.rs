@@ -47,6 +47,9 @@ pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
         let message = "`load.distribution` is given, but the load is on a point";
         values.problem("load.distribution", message, "give load.radius, or leave it out");
     }
+    if radius.zip(values.number("target.radius")).is_some_and(|(radius, rim)| radius > rim) {
+        values.refuse("load.radius", " is larger than target.radius", "make it smaller, or the target wider");
+    }
     if radius.is_none() {
         values.checked.remove("load.distribution");
     }

@@ -64,6 +64,7 @@ impl<'a> Checkpoints<'a> {
     }
 
     /// The recording.
+    #[cfg(feature = "cli")]
     pub(crate) fn recording(&self) -> &Recording {
         &self.recording
     }

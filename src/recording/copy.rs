@@ -4,7 +4,6 @@
 //! is compared with its checksum before anything of it is used.
 
 use std::{
-    collections::BTreeMap,
     fs::File,
     io::{BufReader, Read},
     path::Path,
@@ -107,7 +106,8 @@ pub fn attachment(path: &Path, name: &str) -> Option<String> {
 }
 
 /// Entries of the metadata record `name` of a recording; `None` if there is none that can be read.
-pub fn metadata(path: &Path, name: &str) -> Option<BTreeMap<String, String>> {
+#[cfg(feature = "cli")]
+pub fn metadata(path: &Path, name: &str) -> Option<std::collections::BTreeMap<String, String>> {
     let found = find_record(&mut File::open(path).ok()?, |opcode, data| {
         if opcode != op::METADATA {
             return Ok(None);
