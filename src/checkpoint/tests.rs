@@ -143,9 +143,10 @@ fn forged_files_are_refused() {
     written(&path, &case);
     let bytes = fs::read(&path).expect("a file");
     let content = &bytes[..bytes.len() - CHECKSUM as usize];
-    sealed(&path, &[&MAGIC[..], &9u32.to_le_bytes(), &content[12..]].concat());
+    let other = VERSION + 1;
+    sealed(&path, &[&MAGIC[..], &other.to_le_bytes(), &content[12..]].concat());
     let text = refusal(&path, &case, Engine::Blocked);
-    assert!(text.contains(&format!("format 9, this is format {VERSION}")), "{text}");
+    assert!(text.contains(&format!("format {other}, this is format {VERSION}")), "{text}");
     sealed(&path, &[&content[..12], &u32::MAX.to_le_bytes()].concat());
     let text = refusal(&path, &case, Engine::Blocked);
     assert!(text.contains("is damaged") && text.contains("4294967295 bytes"), "{text}");

@@ -51,7 +51,12 @@ RUNS = {
     ],
     "ball": ["run", "ball.toml"],
     "plane": ["run", "ball.toml", "--set", "geometry=plane", "--set", "indenter.mass=100 g/m"],
-    "laminate": ["run", "laminate-glass", "--set", "record.compression=none"],
+    # with all strengths that measures are of
+    "laminate": [
+        *["run", "laminate-glass", "--set", "record.compression=none", "--set", "target.layer.2.material=pmma"],
+        *["--set", 'target.layer.2.bond_strength={ normal = "10 MPa", shear = "10 MPa" }'],
+        *["--set", 'target.layer.3.bond_strength={ normal = "10 MPa", shear = "10 MPa" }'],
+    ],
 }
 FORMER = {"flat-2.1": "flat", "ball-2.1": "ball"}
 
