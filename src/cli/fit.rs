@@ -39,7 +39,7 @@ pub(super) struct FitArguments {
     #[arg(long, value_name = "KEY=FROM:TO", required = true)]
     vary: Vec<String>,
     /// What is measured: MEASURE=VALUE, as `percuss-read summary` names it, with its error if it is known, `95 us +- 1 us`; or a CSV file
-    #[arg(long, value_name = "MEASURE=VALUE|FILE", required = true)]
+    #[arg(long, value_name = "GOAL", required = true)]
     to: Vec<String>,
     /// What the CSV file of --to is
     #[arg(long, value_name = "TOPIC", default_value = "/drag", value_parser = ["/drag", "/velocity"])]

@@ -14,7 +14,7 @@ import percuss
 import polars
 import pyarrow.parquet
 import pytest
-from conftest import Programs
+from conftest import RUNS, Programs
 from numpy.typing import NDArray
 
 TABLES = {"/drag": "drag", "/velocity": "velocity", "/energy": "energy", "/event": "events"}
@@ -91,7 +91,7 @@ def test_every_measure_is_tested(recordings: dict[str, Path]) -> None:
 
 def test_case(program: Programs, recordings: dict[str, Path]) -> None:
     case = percuss.open(recordings["laminate"]).case
-    shown = program("percuss", "check", "laminate-glass", "--set", "record.compression=none", "--resolved")
+    shown = program("percuss", "check", *RUNS["laminate"][1:], "--resolved")
     assert case == tomllib.loads(shown) and case["record"]["compression"] == "none"
 
 
