@@ -14,7 +14,7 @@ use toml::{
 use super::{
     CaseBuilder, CaseErrors, Problem,
     errors::Excerpt,
-    keys::{FILES, GRADED, LOAD},
+    keys::{FORCE_ROWS, GRADED, LOAD},
 };
 
 /// Place in all texts together.
@@ -227,7 +227,7 @@ fn section<'a, 't>(table: &'a DeTable<'t>, name: &str) -> Option<&'a DeTable<'t>
 
 /// Takes out of `table` what `later` says in another way.
 fn replace(table: &mut DeTable<'_>, later: &DeTable<'_>) {
-    let other_force = |force: &DeTable<'_>| FILES.iter().any(|key| force.contains_key(*key));
+    let other_force = |force: &DeTable<'_>| FORCE_ROWS.iter().any(|key| force.contains_key(*key));
     if section(later, LOAD).and_then(|load| section(load, "force")).is_some_and(other_force)
         && let Some(DeValue::Table(load)) = table.get_mut(LOAD).map(Spanned::get_mut)
     {

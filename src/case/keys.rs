@@ -168,7 +168,7 @@ pub(super) const MAX_LAYERS: usize = 100;
 /// The section of a case without an indenter.
 pub(super) const LOAD: &str = "load";
 /// Keys of a force over time that is no pulse.
-pub(super) const FILES: [&str; 3] = ["points", "table", "recording"];
+pub(super) const FORCE_ROWS: [&str; 3] = ["points", "table", "recording"];
 /// Sections of a case with one.
 pub(super) const OF_INDENTER: [&str; 2] = ["indenter", "impact"];
 /// Shapes of indenters.

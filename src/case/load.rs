@@ -3,7 +3,12 @@
 use std::path::Path;
 
 use super::{
-    Body, Impact, Stop, bounds::MAX_LIST, keys::FORCE, profile::read_pairs, system::System, values::Values,
+    Body, Impact, Stop,
+    bounds::MAX_LIST,
+    keys::{FORCE, FORCE_ROWS},
+    profile::read_pairs,
+    system::System,
+    values::{Values, join},
 };
 use crate::{
     contact::{
@@ -26,8 +31,8 @@ const RECORDING_HELP: &str = "it is a recording of a physical case, whose /drag 
 ///
 /// * `folder`: of relative paths
 pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
-    let kinds = ["pulse", "points", "table", "recording"].map(join);
-    let given = kinds.into_iter().find(|key| values.is_given(key));
+    let mut kinds = ["pulse"].iter().chain(&FORCE_ROWS).map(|key| join(FORCE.path, key));
+    let given = kinds.find(|key| values.is_given(key));
     let force = match given.as_deref() {
         None => {
             if values.is_given(FORCE.path) {
@@ -54,10 +59,6 @@ pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
         values.checked.remove("load.distribution");
     }
     Some(Load { radius, distribution, force: force? })
-}
-
-fn join(key: &str) -> String {
-    format!("{}.{key}", FORCE.path)
 }
 
 /// The pulse, or the problems with it.
@@ -93,7 +94,11 @@ fn pulse(values: &mut Values<'_>) -> Option<Force> {
 ///
 /// * `name`: the key that has them
 fn points(values: &mut Values<'_>, name: &str, folder: &Path) -> Option<Force> {
-    for key in ["peak", "duration", "rise"].map(join).iter().filter(|key| values.is_given(key)) {
+    for key in ["peak", "duration", "rise"]
+        .map(|key| join(FORCE.path, key))
+        .iter()
+        .filter(|key| values.is_given(key))
+    {
         values.problem(key, format!("`{key}` belongs to a pulse"), "leave it out");
     }
     let file = values.checked.remove(name);
