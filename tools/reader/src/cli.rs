@@ -13,6 +13,7 @@ use crate::{
     },
     failure::Failure,
     recording::Limits,
+    units::prefer,
     verb::{Exit, run},
 };
 use manual::{Completions, Manual};
@@ -124,6 +125,7 @@ impl Arguments {
     ///
     /// What is asked for cannot be had.
     pub fn run(&self) -> Result<Exit, Failure> {
+        prefer()?;
         self.command.run(Limits { memory: self.max_memory })
     }
 }

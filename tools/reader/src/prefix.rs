@@ -1,7 +1,7 @@
 //! Engineering prefixes: the unit in which numbers of an SI quantity are best read, and tables in such units, SI columns scaled so that
 //! their largest number has one to three digits before the point.
 
-use std::{borrow::Cow, collections::HashMap, io};
+use std::{borrow::Cow, collections::HashMap, io, sync::OnceLock};
 
 use percuss_table::{
     Cell, CellType, Heading, Sink,
@@ -38,14 +38,27 @@ pub(crate) const QUANTITIES: [(&str, &[&str]); 7] = [
     ("impulse", &["N s", "N s/m"]),
 ];
 
+/// What is shown in place of a unit of the SI, for as long as the program runs.
+static PREFERRED: OnceLock<Vec<(&'static str, Prefixed)>> = OnceLock::new();
+
+/// Shows units of the SI as these where none is asked for; of several for one unit the last. Only the first call counts.
+pub(crate) fn prefer(units: Vec<(&'static str, Prefixed)>) {
+    let _ = PREFERRED.set(units);
+}
+
 impl Prefixed {
-    /// The unit in which the largest number is from 1 to 1000; `None` if the unit takes no prefix.
+    /// The unit that is preferred, else that in which the largest number is from 1 to 1000; `None` if the unit takes no prefix.
     ///
     /// Speeds stay in m/s, as mm/s and km/s are read less easily.
     ///
     /// * `largest`: largest number by magnitude, in the plain unit
     pub fn choose(unit: &str, largest: f64) -> Option<Self> {
         let unit = known(unit)?;
+        if let Some((_, shown)) =
+            PREFERRED.get().and_then(|all| all.iter().rev().find(|(base, _)| *base == unit))
+        {
+            return Some(shown.clone());
+        }
         let (power, letter) = prefix(largest, unit, 1e-12);
         Some(Self { factor: 10f64.powi(-power), unit: format!("{letter}{unit}") })
     }

@@ -6,7 +6,10 @@ use clap::Args;
 
 use percuss_table::units::PREFIXES;
 
-use crate::prefix::{Prefixed, QUANTITIES, plain};
+use crate::{
+    failure::Failure,
+    prefix::{self, Prefixed, QUANTITIES, plain},
+};
 
 /// The unit of a quantity, as it is typed: `force=kN`.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,11 +44,28 @@ impl FromStr for ChosenUnit {
     }
 }
 
+/// Shows quantities in the units that `PERCUSS_UNITS` has, `force=N,time=ms`, where none is asked for.
+///
+/// # Errors
+///
+/// They are no units.
+pub(crate) fn prefer() -> Result<(), Failure> {
+    let Some(text) = std::env::var_os("PERCUSS_UNITS") else { return Ok(()) };
+    let text = text.to_string_lossy();
+    let units = text.split(',').filter(|unit| !unit.trim().is_empty());
+    let chosen = units
+        .map(|unit| unit.parse().map(|ChosenUnit { base, shown }| (base, shown)))
+        .collect::<Result<_, _>>()
+        .map_err(|error| Failure::Usage(format!("the environment's PERCUSS_UNITS: {error}")))?;
+    prefix::prefer(chosen);
+    Ok(())
+}
+
 /// The units that are chosen.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct Units {
     /// Unit in which an SI quantity is shown, instead of that with the prefix that fits: time=ms, length=mm, velocity, force=kN,
-    /// stress=MPa, energy, impulse; may be repeated
+    /// stress=MPa, energy, impulse; may be repeated. PERCUSS_UNITS=force=N,time=ms in the environment does it for all
     #[arg(long = "unit", value_name = "QUANTITY=UNIT")]
     chosen: Vec<ChosenUnit>,
 }

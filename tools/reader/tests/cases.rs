@@ -151,8 +151,9 @@ fn said(desk: &Desk, line: &str) -> String {
     let (mut out, mut err, mut status) = (String::new(), String::new(), 0);
     match &command[..] {
         ["percuss-read", arguments @ ..] => (out, err, status) = ended(&mut desk.command(arguments), line),
-        ["PATH=", "percuss-read", arguments @ ..] => {
-            (out, err, status) = ended(desk.command(arguments).env("PATH", ""), line);
+        [set, "percuss-read", arguments @ ..] => {
+            let (name, value) = set.split_once('=').expect("NAME=VALUE");
+            (out, err, status) = ended(desk.command(arguments).env(name, value), line);
         }
         ["cp", a, b] => desk.put(b, desk.bytes(a)),
         ["rm", name] => fs::remove_file(desk.path(name)).expect("a file to remove"),
