@@ -8,7 +8,7 @@
 //! Chunks are closed at the end of the step that fills them and written whole: after a crash every closed chunk can be read.
 //!
 //! Channels, metadata records and attachments of a recording are in the guide, `tools/guide/src/recording.md`, the history of the format in
-//! `formats.md` there. Units and meanings of all fields are in the metadata of their channels.
+//! `changelog.md` there. Units and meanings of all fields are in the metadata of their channels.
 //!
 //! # What holds when something fails
 //!
