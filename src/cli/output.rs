@@ -5,20 +5,16 @@ use std::{
     path::{Path, PathBuf},
     sync::{
         Arc,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
+        atomic::{AtomicUsize, Ordering},
     },
 };
 
 use clap::Args;
 use indicatif::BinaryBytes;
 use percuss_output::{
-    available, ending_signals, file_of, is_same_file, number::whole, part_of, text::printable,
+    available, file_of, is_same_file, number::whole, part_of, signal_name, text::printable,
 };
 use rayon::ThreadPool;
-use signal_hook::{
-    consts::{SIGHUP, SIGINT},
-    flag,
-};
 
 use super::{CliError, Exit, default_output};
 use crate::{
@@ -126,26 +122,16 @@ pub(super) fn check_room(path: &Path, case: &Case) -> Result<(), CliError> {
     Err(CliError::Full(text))
 }
 
-/// Catches [`ending_signals`]: the value is the signal, 0 for none. A second signal ends the process at once.
+/// See [`percuss_output::watch_signals`].
 pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
-    let seen = Arc::new(AtomicUsize::new(0));
-    let armed = Arc::new(AtomicBool::new(false));
-    for signal in ending_signals() {
-        let fail = |error| CliError::system("cannot watch for signals", error);
-        flag::register_conditional_default(signal, armed.clone()).map_err(fail)?;
-        flag::register(signal, armed.clone()).map_err(fail)?;
-        flag::register_usize(signal, seen.clone(), signal as usize).map_err(fail)?;
-    }
-    Ok(seen)
+    percuss_output::watch_signals().map_err(|error| CliError::system("cannot watch for signals", error))
 }
 
 /// Interrupts a run after a signal.
 pub(super) fn flow(signal: &AtomicUsize) -> Flow {
-    match signal.load(Ordering::Relaxed) as i32 {
+    match signal.load(Ordering::Relaxed) {
         0 => Flow::Continue,
-        SIGINT => Flow::Interrupt("interrupted by SIGINT".into()),
-        SIGHUP => Flow::Interrupt("interrupted by SIGHUP".into()),
-        _ => Flow::Interrupt("interrupted by SIGTERM".into()),
+        signal => Flow::Interrupt(format!("interrupted by {}", signal_name(signal))),
     }
 }
 

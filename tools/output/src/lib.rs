@@ -34,6 +34,7 @@ pub mod number;
 mod output;
 mod part;
 #[cfg(feature = "signals")]
+#[cfg_attr(windows, path = "interrupts.rs")]
 mod signals;
 pub mod text;
 mod unfinished;
@@ -42,7 +43,7 @@ pub use counted::Counted;
 pub use output::{Output, OutputError, write, write_later};
 pub use part::{Left, Part, PartError, has_name, part_of};
 #[cfg(feature = "signals")]
-pub use signals::{discard_at_signals, ending_signals};
+pub use signals::{discard_at_signals, signal_name, watch_signals};
 
 /// The commit that is built, with `-dirty` if files have changed since; `None` where it is not known, as in unoptimised programs.
 pub const COMMIT: Option<&str> = option_env!("PERCUSS_COMMIT");

@@ -1,17 +1,26 @@
 //! Signals that end a program.
 
-use std::{ffi::c_int, fs, io, thread};
+use std::{
+    ffi::c_int,
+    fs, io,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicUsize},
+    },
+    thread,
+};
 
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM},
+    flag,
     iterator::Signals,
-    low_level::emulate_default_handler,
+    low_level,
 };
 
 use crate::unfinished::discard;
 
 /// SIGINT, SIGTERM, and SIGHUP unless the process was started with it ignored, as under `nohup`.
-pub fn ending_signals() -> impl Iterator<Item = c_int> {
+fn ending_signals() -> impl Iterator<Item = c_int> {
     [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignores_hangup())
 }
 
@@ -23,7 +32,29 @@ fn ignores_hangup() -> bool {
     mask & (1 << (SIGHUP - 1)) != 0
 }
 
-/// Makes the [signals](ending_signals) that end this process remove every [`Output`](crate::Output) that is not complete, before they
+/// Catches the signals that end a process: SIGINT, SIGTERM, SIGHUP, or on Windows Ctrl-C and Ctrl-Break as SIGINT. The value is the
+/// signal, 0 for none. A second one ends the process at once.
+///
+/// # Errors
+///
+/// The system refuses the handlers.
+pub fn watch_signals() -> io::Result<Arc<AtomicUsize>> {
+    let seen = Arc::new(AtomicUsize::new(0));
+    let armed = Arc::new(AtomicBool::new(false));
+    for signal in ending_signals() {
+        flag::register_conditional_default(signal, armed.clone())?;
+        flag::register(signal, armed.clone())?;
+        flag::register_usize(signal, seen.clone(), signal as usize)?;
+    }
+    Ok(seen)
+}
+
+/// Name of a signal that was caught.
+pub fn signal_name(signal: usize) -> &'static str {
+    low_level::signal_name(signal as c_int).unwrap_or("a signal")
+}
+
+/// Makes the [same signals](watch_signals) remove every [`Output`](crate::Output) that is not complete, before they
 /// end it. For programs that do nothing else about signals.
 ///
 /// # Errors
@@ -35,7 +66,7 @@ pub fn discard_at_signals() -> io::Result<()> {
         for signal in &mut signals {
             discard(|| {
                 // ends the process; were it refused, the next signal would come here again
-                let _ = emulate_default_handler(signal);
+                let _ = low_level::emulate_default_handler(signal);
             });
         }
     })?;
