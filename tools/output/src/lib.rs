@@ -165,6 +165,10 @@ pub fn synchronise_folder(path: &Path) -> io::Result<()> {
 ///
 /// What the system says.
 pub fn synchronise_all(folder: &Path) -> io::Result<()> {
+    if cfg!(windows) {
+        // it has no such call for folders, and the files are synchronised one by one
+        return Ok(());
+    }
     let folder = File::open(folder)?;
     #[cfg(target_os = "linux")]
     rustix::fs::syncfs(&folder)?;

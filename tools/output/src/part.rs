@@ -194,6 +194,10 @@ impl Left {
     /// What the system says; the part stays.
     pub fn replace(self) -> io::Result<()> {
         self.new.synchronise()?;
+        if cfg!(windows) {
+            // an open file is not replaced there
+            drop(self.file);
+        }
         rename(self.temporary, &self.part, true).map_err(|(error, _)| error)?;
         synchronise_folder(&self.part)
     }
