@@ -45,3 +45,13 @@ impl Number for f64 {
         2.0 * self - other
     }
 }
+
+/// The C library of MinGW rounds `fma` twice, and [`f64::mul_add`] calls it where code is compiled for processors without fused
+/// multiplication. This one, of the same name, is linked in its place.
+#[cfg(all(windows, target_env = "gnu"))]
+#[expect(unsafe_code, reason = "a name of the C library")]
+// SAFETY: the same signature, and what C says of `fma`
+#[unsafe(no_mangle)]
+extern "C" fn fma(a: f64, b: f64, c: f64) -> f64 {
+    libm::fma(a, b, c)
+}
