@@ -126,9 +126,9 @@ impl Sensor {
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
             (0..RADII).map(move |k| {
                 let angle = PI * (k as f64 + 0.5) / RADII as f64;
-                let rho = middle - half * angle.cos();
+                let rho = middle - half * libm::cos(angle);
                 let cut = (rho * rho + r * r - a * a) / (2.0 * r * rho);
-                (rho, half * angle.sin() * rho * cut.clamp(-1.0, 1.0).acos())
+                (rho, half * libm::sin(angle) * rho * libm::acos(cut.clamp(-1.0, 1.0)))
             })
         };
         let inside = (a > r).then(|| part(0.0, a - r));

@@ -254,7 +254,7 @@ impl Parameters {
     fn outer_radius(&self, values: &Values<'_>, rows: &Rows, steps: f64, contact_reach: f64) -> Option<f64> {
         let computed = self.target.computed();
         let run = rows::lateral_speed(self.model, &computed, &rows.layers, rows.dt) * steps * rows.dt;
-        let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * rows.dr;
+        let margin = (PRECURSOR * libm::cbrt(steps) + 2.0).ceil() * rows.dr;
         self.check_outer_radius(values, contact_reach, contact_reach + run + margin, rows.dr)
     }
 

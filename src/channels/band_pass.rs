@@ -22,7 +22,7 @@ struct Filter {
 impl Filter {
     /// * `corner`: in sampling rates, below ½
     fn new(corner: f64, is_low: bool) -> Self {
-        let k = (PI * corner).tan();
+        let k = libm::tan(PI * corner);
         let scale = 1.0 / (1.0 + SQRT_2 * k + k * k);
         let numerator = if is_low { [k * k, 2.0 * k * k, k * k] } else { [1.0, -2.0, 1.0] };
         Self {

@@ -31,7 +31,7 @@ impl Strength {
     /// * `traction`: −σ_n and τ \[γc_p²\]
     pub fn bond_ratio(&self, [normal, shear]: [f64; 2]) -> Option<f64> {
         let [tension, slip] = self.bond?;
-        Some(((-normal).max(0.0) / tension).hypot(shear / slip))
+        Some(libm::hypot((-normal).max(0.0) / tension, shear / slip))
     }
 }
 
