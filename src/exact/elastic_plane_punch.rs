@@ -91,11 +91,11 @@ impl ElasticPlanePunch {
         }
         let (impedance, growth_rate) = (SurfaceImpedance::new(beta)?, growth_rate(beta)?);
         let stiffness = impedance.stiffness();
-        let terms = ((2.0 * REACH - stiffness.ln()) / step).ceil() as usize;
+        let terms = ((2.0 * REACH - libm::log(stiffness)) / step).ceil() as usize;
         let term = |m: usize| {
-            let zeta = (m as f64 * step - REACH).exp();
-            let excess = impedance.at(zeta) / (stiffness * zeta).hypot(1.0);
-            (zeta * zeta, zeta * excess.ln() * step / PI)
+            let zeta = libm::exp(m as f64 * step - REACH);
+            let excess = impedance.at(zeta) / libm::hypot(stiffness * zeta, 1.0);
+            (zeta * zeta, zeta * libm::log(excess) * step / PI)
         };
         Ok(Self {
             velocity,
@@ -146,7 +146,7 @@ impl ElasticPlanePunch {
     /// `Q₊(s)`
     fn factor(&self, s: f64) -> f64 {
         let sum: f64 = self.poisson.iter().map(|(zeta2, term)| term / (zeta2 + s * s)).sum();
-        (1.0 + self.impedance.stiffness() * s).sqrt() * (s * sum).exp()
+        (1.0 + self.impedance.stiffness() * s).sqrt() * libm::exp(s * sum)
     }
 
     fn check_time(&self, t: f64) -> Result<(), ExactError> {

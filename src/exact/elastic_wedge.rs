@@ -84,7 +84,7 @@ impl ElasticWedge {
             return outside("x", x, bound);
         }
         let depth = self.thickness.map_or(f64::INFINITY, |h| 2.0 * h);
-        let end = x.hypot(depth);
+        let end = libm::hypot(x, depth);
         if t >= end {
             return outside("t", t, format!("t < {end} at x = {x}"));
         }

@@ -62,7 +62,7 @@ impl PlanePunch {
             return Ok(self.velocity);
         }
         let root = ((t - arrival) / arrival).sqrt();
-        Ok(self.velocity * (1.0 + 2.0 / std::f64::consts::PI * (root - root.atan())))
+        Ok(self.velocity * (1.0 + 2.0 / std::f64::consts::PI * (root - libm::atan(root))))
     }
 
     fn check_time(&self, t: f64, end: f64) -> Result<(), ExactError> {

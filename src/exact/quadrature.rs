@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 /// polynomial; \[AS\] 25.4.29.
 pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let rule = |i: usize| {
-        let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut x = libm::cos(PI * (i as f64 + 0.75) / (n as f64 + 0.5));
         let mut slope = 1.0;
         for _ in 0..20 {
             let (mut p, mut before) = (x, 1.0);
@@ -39,8 +39,8 @@ const TOLERANCE: f64 = 1e-11;
 pub(super) fn over_half_circle(stretch: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
     let b = stretch.sqrt();
     let mut f = |psi: f64| {
-        let (sin, cos) = (0.5 * psi).sin_cos();
-        let (phi, rest) = (2.0 * (b * sin).atan2(cos), 2.0 * cos.atan2(b * sin));
+        let (sin, cos) = libm::sincos(0.5 * psi);
+        let (phi, rest) = (2.0 * libm::atan2(b * sin, cos), 2.0 * libm::atan2(cos, b * sin));
         f(phi, rest) * b / (cos * cos + b * b * sin * sin)
     };
     const MOST: usize = 1 << 13;
@@ -64,10 +64,10 @@ pub fn singular_at_ends(b: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
     const REACH: f64 = 3.6;
     const MOST: usize = 1 << 11;
     let mut at = |v: f64| {
-        let u = 0.5 * PI * v.sinh();
-        let (left, right) = (1.0 / (1.0 + (-2.0 * u).exp()), 1.0 / (1.0 + (2.0 * u).exp()));
+        let u = 0.5 * PI * libm::sinh(v);
+        let (left, right) = (1.0 / (1.0 + libm::exp(-2.0 * u)), 1.0 / (1.0 + libm::exp(2.0 * u)));
         // dx/dv = b·left·right·2·du/dv
-        f(b * left, b * right) * b * left * right * PI * v.cosh()
+        f(b * left, b * right) * b * left * right * PI * libm::cosh(v)
     };
     let mut n = 16;
     let mut step = 2.0 * REACH / n as f64;

@@ -214,7 +214,7 @@ impl Spreading {
         if d == 0.0 && speed < 1.0 {
             // Rays that meet the edge of a slow contact leave at once, those that run away from it far off; between them, at
             // cos φ = −1/cτ', lies a peak as narrow as x is near to the edge.
-            let between = (-speed).acos();
+            let between = libm::acos(-speed);
             let ray = |phi: f64| self.ray(Ray::new(self, r, d, t, r, phi, PI - phi));
             let met = singular_at_ends(between, |_, rest| ray(between - rest));
             let missed = singular_at_ends(PI - between, |more, _| ray(between + more));

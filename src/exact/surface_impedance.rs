@@ -80,7 +80,7 @@ impl SurfaceImpedance {
         let y = m * zeta * zeta;
         let n = ((16.0 * (1.0 - m) * y + 24.0 - 16.0 * m) * y + 8.0) * y + 1.0;
         let d = (2.0 * y + 1.0).powi(2) + 4.0 * y * ((y + m) * (y + 1.0)).sqrt();
-        n / (d * zeta.hypot(1.0))
+        n / (d * libm::hypot(zeta, 1.0))
     }
 
     /// `(1/ζ)·d ln Q/dζ` for real ζ: finite at 0, and `1/ζ²` for large ζ.
@@ -116,12 +116,12 @@ impl SurfaceImpedance {
     ) -> f64 {
         let (m, b) = (self.beta * self.beta, 1.0 / self.beta);
         let longitudinal = |v: f64| {
-            let (eta, gap) = ((v * v).exp(), (2.0 * v * v).exp_m1());
+            let (eta, gap) = (libm::exp(v * v), libm::expm1(2.0 * v * v));
             // J dη/dv
             (1.0 - 2.0 * m * eta * eta).powi(2) / gap.sqrt() * 2.0 * v * eta * weight(eta, gap)
         };
         let shear = |v: f64| {
-            let (eta, over) = (b * (v * v).exp(), (2.0 * v * v).exp_m1());
+            let (eta, over) = (b * libm::exp(v * v), libm::expm1(2.0 * v * v));
             // y = β²η², over = y − 1; −N(−y)/D without the cancellation of large y
             let y = over + 1.0;
             let n = ((16.0 * (m - 1.0) * y + 24.0 - 16.0 * m) * y - 8.0) * y + 1.0;
@@ -129,9 +129,9 @@ impl SurfaceImpedance {
             let gap = eta * eta - 1.0;
             n / (d * gap.sqrt()) * 2.0 * v * eta * weight(eta, gap)
         };
-        let mut sum = integrate(end.min(b).ln().max(0.0).sqrt(), &longitudinal);
+        let mut sum = integrate(libm::log(end.min(b)).max(0.0).sqrt(), &longitudinal);
         if end > b {
-            sum += integrate((end / b).ln().sqrt(), &shear);
+            sum += integrate(libm::log(end / b).sqrt(), &shear);
         }
         sum
     }

@@ -27,7 +27,8 @@ pub(super) struct Point {
 impl<'a> Ray<'a> {
     /// * `phi`, `rest`: angle from the outward radius, and π minus it
     pub(super) fn new(of: &'a Spreading, r: f64, d: f64, t: f64, centre: f64, phi: f64, rest: f64) -> Self {
-        let (cos, sin) = if phi < rest { (phi.cos(), phi.sin()) } else { (-rest.cos(), rest.sin()) };
+        let (cos, sin) =
+            if phi < rest { (libm::cos(phi), libm::sin(phi)) } else { (-libm::cos(rest), libm::sin(rest)) };
         Self { of, r, d, t, centre, cos, sin }
     }
 
@@ -75,17 +76,17 @@ impl<'a> Ray<'a> {
             Front::Paraboloid { curvature } => {
                 let root = |sigma: f64| ((sigma - b).powi(2) + a * a).sqrt();
                 let linear = root(end) - root(0.0);
-                let log = if b == 0.0 { 0.0 } else { b * (((end - b) / a).asinh() + (b / a).asinh()) };
+                let log = if b == 0.0 { 0.0 } else { b * (libm::asinh((end - b) / a) + libm::asinh(b / a)) };
                 4.0 / curvature * c * (linear + log)
             }
             // ∇²τ = 1/(V*s)
             Front::Cone { spread_rate } if self.centre == 0.0 => {
-                c / spread_rate * (((end - b) / a).asinh() + (b / a).asinh())
+                c / spread_rate * (libm::asinh((end - b) / a) + libm::asinh(b / a))
             }
             Front::Cone { spread_rate } if self.d == 0.0 => {
                 // around x: E = σ/c
                 let (b, a) = (self.centre * self.cos, self.centre * self.sin);
-                c / spread_rate * (((end + b) / a).asinh() - (b / a).asinh())
+                c / spread_rate * (libm::asinh((end + b) / a) - libm::asinh(b / a))
             }
             Front::Cone { spread_rate } => {
                 let value = |sigma: f64| {
