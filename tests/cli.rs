@@ -332,6 +332,25 @@ fn the_default_density_of_fields_is_reported() {
 }
 
 #[test]
+fn problems_are_json_with_their_places() {
+    let folder = folder();
+    fs::write(folder.path().join("bad.toml"), GOOD.replace("cells", "sells")).expect("a file");
+    let output = percuss(folder.path(), &["check", "bad.toml", "--json", "--set", "run.end_time=-1"]);
+    assert_eq!(output.status.code(), Some(2));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&json["valid"], &json["more"]), (&false.into(), &0.into()));
+    let [key, value] = &json["problems"].as_array().expect("a list")[..] else { panic!("{json}") };
+    assert_eq!(key["message"], "unknown key `mesh.sells`");
+    assert!(key["help"].as_str().is_some_and(|help| help.contains("`mesh.cells`")), "{json}");
+    let line = 1 + GOOD[..GOOD.find("cells").expect("the key")].matches('\n').count();
+    assert_eq!(key["place"], serde_json::json!({ "text": "bad.toml", "line": line, "column": 1 }));
+    assert_eq!(value["place"], serde_json::json!({ "text": "--set", "line": 1, "column": 14 }));
+    let json = |case| serde_json::from_slice(&percuss(folder.path(), &["check", case, "--json"]).stdout);
+    let json: serde_json::Value = json("none.toml").expect("JSON");
+    assert!(json["problems"][0]["place"].is_null(), "{json}");
+}
+
+#[test]
 fn check_estimates_the_bytes_of_a_run() {
     let folder = folder();
     let output = percuss(folder.path(), &["check", "fig5", "--json"]);

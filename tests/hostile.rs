@@ -145,7 +145,7 @@ fn text_from_files_commands_nothing() {
     fs::write(folder.path().join(&named), format!("{CASE}x = 1\n")).expect("room");
     let output = format!("{WICKED}.mcap");
     let (prescribed, short) = ("impact.contact=prescribed", "run.end_time=0.1");
-    let all: [&[&str]; 19] = [
+    let all: [&[&str]; 20] = [
         &["check", "a.toml"],
         &["check", "a.toml", "--json"],
         &["check", "a.toml", "--resolved"],
@@ -159,6 +159,7 @@ fn text_from_files_commands_nothing() {
         &["layout", "a.toml"],
         &["layout", "a.toml", "--viewer", "plotjuggler"],
         &["check", "keys.toml"],
+        &["check", "keys.toml", "--json"],
         &["check", "raw.toml"],
         &["check", &named],
         &["check", "fig5", "--set", &output],

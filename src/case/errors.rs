@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use miette::{Diagnostic, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use percuss_output::text::{lines, printable, short};
+use serde_json::json;
 
 use crate::input::InputError;
 
@@ -96,6 +97,15 @@ pub(super) fn is_alike(known: &str, name: &str) -> bool {
     name.len() <= COMPARED && strsim::damerau_levenshtein(known, name) <= 1 + name.len() / 8
 }
 
+impl Problem {
+    /// Name of the text that its place is in, line and column there, from 1 on.
+    fn place(&self) -> Option<(&str, usize, usize)> {
+        let (excerpt, label) = self.source_code.as_ref().zip(self.label.as_ref())?;
+        let place = excerpt.read_span(label, 0, 0).ok()?;
+        Some((&excerpt.name, place.line() + 1, place.column() + 1))
+    }
+}
+
 fn count(n: usize) -> String {
     if n == 1 { "1 problem".into() } else { format!("{n} problems") }
 }
@@ -104,6 +114,18 @@ impl CaseErrors {
     fn single(name: &str, message: String, help: String) -> Self {
         let problem = Problem { message, help: Some(help), source_code: None, label: None };
         Self { name: name.into(), problems: vec![problem], more: 0 }
+    }
+
+    /// The problems with their places, for programs.
+    pub fn json(&self) -> serde_json::Value {
+        let problem = |problem: &Problem| {
+            let place = problem.place();
+            let place =
+                place.map(|(text, line, column)| json!({ "text": text, "line": line, "column": column }));
+            json!({ "message": problem.message, "help": problem.help, "place": place })
+        };
+        let problems: Vec<_> = self.problems.iter().map(problem).collect();
+        json!({ "problems": problems, "more": self.more })
     }
 
     /// The file cannot be read.

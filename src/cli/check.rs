@@ -31,6 +31,9 @@ Recording and run time are estimated from the sizes of the case. The size of a r
 waves compress, within a factor of 3, and the time on the machine: it is an order of magnitude. A run that its stop \
 condition ends earlier takes less of both.";
 
+/// Version of the JSON.
+const VERSION: u32 = 4;
+
 /// Validates a case.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -47,14 +50,20 @@ pub(super) struct Check {
     /// What `--admissible` keeps within its limit; strengths are compared on graded meshes
     #[arg(long, value_enum, default_value_t, requires = "admissible")]
     limit: Limit,
-    /// Print everything as JSON
+    /// Print everything as JSON, also the problems of an invalid case
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
 }
 
 impl Check {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let case = if self.admissible { self.case.load_single() } else { self.case.load() }?;
+        let case = if self.admissible { self.case.load_single() } else { self.case.load() };
+        if let (true, Err(CliError::Case(errors))) = (self.json, &case) {
+            let mut value = errors.json();
+            (value["version"], value["valid"]) = (VERSION.into(), false.into());
+            print_document(&format!("{value:#}\n"))?;
+        }
+        let case = case?;
         if self.resolved {
             print(&case.resolved_toml())?;
             return Ok(Exit::Done);
@@ -100,7 +109,7 @@ fn json(
     findings: &[Finding],
 ) -> String {
     let mut value = serde_json::json!({
-        "version": 4,
+        "version": VERSION,
         "valid": true,
         "runnable": true,
         "case": case.resolved_json(),

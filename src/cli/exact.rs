@@ -47,7 +47,8 @@ impl Exact {
         let source = steps.source();
         let recording = pool.install(|| Recording::create(&destination, &case, source));
         let mut recording = recording.map_err(RunError::from)?;
-        let mut progress = Progress::new(&case, steps.form().last_step(), self.output.quiet);
+        let mut progress =
+            Progress::new(&case, steps.form().last_step(), self.output.quiet, self.output.progress.every);
         progress.say(&format!("{}: {}", printable(&self.case.case), steps.form()));
         let mut watch = |view: &View<'_>| {
             progress.advance(view.step);

@@ -12,11 +12,14 @@ use std::{
 use clap::Args;
 use indicatif::BinaryBytes;
 use percuss_output::{
-    available, file_of, is_same_file, number::whole, part_of, signal_name, text::printable,
+    available, file_of, is_same_file,
+    number::{finite, whole},
+    part_of, signal_name,
+    text::printable,
 };
 use rayon::ThreadPool;
 
-use super::{CliError, Exit, default_output};
+use super::{CliError, Exit, default_output, progress::LINE_INTERVAL};
 use crate::{
     advice::cost::{Estimate, least_bytes},
     case::Case,
@@ -45,6 +48,16 @@ pub(super) struct OutputArguments {
     /// Print errors only
     #[arg(short, long)]
     pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) progress: ProgressArguments,
+}
+
+/// How often progress is shown.
+#[derive(Debug, Args)]
+pub(super) struct ProgressArguments {
+    /// Time between lines of progress where stderr is no terminal, in s
+    #[arg(long = "progress-every", value_name = "SECONDS", default_value_t = LINE_INTERVAL, value_parser = finite(0.0..=1e6))]
+    pub(super) every: f64,
 }
 
 /// Number of threads.

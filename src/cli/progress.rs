@@ -18,11 +18,12 @@ pub(super) enum Progress {
     Quiet,
 }
 
-/// Time between lines where stderr is no terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Time between lines where stderr is no terminal, by default \[s\].
+pub(super) const LINE_INTERVAL: f64 = 5.0;
 
 pub(super) struct Lines {
     clock: Clock,
+    interval: Duration,
     start: Instant,
     last: Instant,
 }
@@ -47,14 +48,16 @@ impl Clock {
 
 impl Progress {
     /// * `steps`: number of the last step
-    pub(super) fn new(case: &Case, steps: u64, quiet: bool) -> Self {
+    /// * `interval`: time between lines \[s\]
+    pub(super) fn new(case: &Case, steps: u64, quiet: bool, interval: f64) -> Self {
         let clock = Clock { steps, dt: case.sizes.dt, unit: case.units().time };
         if quiet {
             return Self::Quiet;
         }
         if !io::stderr().is_terminal() {
             let now = Instant::now();
-            return Self::Lines(Lines { clock, start: now, last: now });
+            let interval = Duration::from_secs_f64(interval);
+            return Self::Lines(Lines { clock, interval, start: now, last: now });
         }
         let template = "{wide_bar} {msg}, {rate}, ETA {eta}";
         let rate = |state: &ProgressState, output: &mut dyn std::fmt::Write| {
@@ -79,7 +82,7 @@ impl Progress {
             }
             Self::Lines(lines) => {
                 // the clock is not read at every step
-                if step.is_multiple_of(16) && lines.last.elapsed() >= LINE_INTERVAL {
+                if step.is_multiple_of(16) && lines.last.elapsed() >= lines.interval {
                     lines.last = Instant::now();
                     lines.print(step);
                 }

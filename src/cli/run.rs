@@ -135,7 +135,8 @@ impl Run {
         check_room(&destination.path, case)?;
         let pool = self.output.threads.pool()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
-        let mut progress = Progress::new(case, case.sizes.steps, self.output.quiet);
+        let mut progress =
+            Progress::new(case, case.sizes.steps, self.output.quiet, self.output.progress.every);
         let live = self.live.as_ref().map(|address| self.open(address, case, &progress)).transpose()?;
         let resumed = if resumes { file.as_deref() } else { None };
         let mut recording =

@@ -13,7 +13,7 @@ use super::{
     CaseArguments, CliError, Exit,
     output::{ThreadArguments, refuse_inputs, write_file},
     print,
-    progress::Progress,
+    progress::{LINE_INTERVAL, Progress},
 };
 use crate::{
     advice::{Finding, codes},
@@ -92,7 +92,7 @@ impl StudyArguments {
         let plan = self.plan(&cases[0])?;
         let pool = self.threads.pool()?;
         let finest = cases.last().expect("there are cases");
-        let mut progress = Progress::new(finest, finest.sizes.steps, self.quiet);
+        let mut progress = Progress::new(finest, finest.sizes.steps, self.quiet, LINE_INTERVAL);
         let cells: Vec<String> = cases.iter().map(|case| case.mesh.density().1.to_string()).collect();
         progress.say(&format!(
             "{}: {}, on {} cells",

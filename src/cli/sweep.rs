@@ -16,7 +16,7 @@ use percuss_output::{
 
 use super::{
     CliError, Exit,
-    output::{ThreadArguments, signalled, watch_signals},
+    output::{ProgressArguments, ThreadArguments, signalled, watch_signals},
     print, stem,
 };
 use crate::{
@@ -124,6 +124,8 @@ pub(super) struct SweepArguments {
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    progress: ProgressArguments,
 }
 
 impl From<FolderError> for CliError {
@@ -291,7 +293,7 @@ impl SweepArguments {
         let all = plan.cases.len();
         let part = self.shard.map_or(String::new(), |shard| format!(", shard {shard}"));
         self.say(&format!("{}: {all} cases{part}, {} to compute", self.what, jobs.len()));
-        let mut progress = Progress::new(plan, jobs.iter().map(|job| job.number), self.quiet);
+        let mut progress = Progress::new(plan, jobs.iter().map(|job| job.number), self);
         let computed = schedule::run(plan, jobs, *limits, &signal, |entry| -> Result<(), CliError> {
             progress.advance(plan, &entry);
             journal.append(&entry).map_err(FolderError::from)?;
@@ -429,6 +431,7 @@ fn estimates(plan: &Plan, limits: Limits) -> String {
 struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
+    interval: Duration,
     start: Instant,
     last: Instant,
     /// Cases, those done, those failed.
@@ -437,19 +440,18 @@ struct Progress {
     work: [f64; 2],
 }
 
-/// Time between lines where stderr is no terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(5);
-
 impl Progress {
-    fn new(plan: &Plan, numbers: impl Iterator<Item = usize>, quiet: bool) -> Self {
+    fn new(plan: &Plan, numbers: impl Iterator<Item = usize>, arguments: &SweepArguments) -> Self {
         let (mut cases, mut work) = (0, 0.0);
         numbers.for_each(|number| (cases, work) = (cases + 1, work + plan.cases[number - 1].seconds));
+        let (quiet, interval) = (arguments.quiet, arguments.progress.every);
         let bar = (!quiet && io::stderr().is_terminal()).then(|| {
             let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} cases{msg}");
             ProgressBar::new(cases as u64).with_style(style.expect("the template is a constant"))
         });
         let now = Instant::now();
-        Self { bar, quiet, start: now, last: now, counts: [cases, 0, 0], work: [work, 0.0] }
+        let interval = Duration::from_secs_f64(interval);
+        Self { bar, quiet, interval, start: now, last: now, counts: [cases, 0, 0], work: [work, 0.0] }
     }
 
     fn advance(&mut self, plan: &Plan, entry: &Entry) {
@@ -460,7 +462,7 @@ impl Progress {
             let why = entry.message.as_deref().unwrap_or_default();
             self.say(&format!("case {} failed: {why}", entry.case));
         }
-        if self.last.elapsed() >= LINE_INTERVAL
+        if self.last.elapsed() >= self.interval
             || (self.bar.is_some() && self.last.elapsed().as_millis() > 100)
         {
             self.last = Instant::now();
