@@ -1,8 +1,9 @@
-"""Recordings that the tests read, made by the programs in the folder `--programs`."""
+"""Recordings that the tests read, made by the programs of the installed wheel."""
 
 from __future__ import annotations
 
 import subprocess
+import sysconfig
 from collections.abc import Callable
 from pathlib import Path
 
@@ -63,14 +64,10 @@ FORMER = {"flat-2.1": "flat", "ball-2.1": "ball"}
 Programs = Callable[..., str]
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--programs", type=Path, required=True, help="folder of percuss and percuss-read")
-
-
 @pytest.fixture(scope="session")
-def program(request: pytest.FixtureRequest) -> Programs:
+def program() -> Programs:
     """Runs one of the programs, and returns what it prints."""
-    folder: Path = request.config.getoption("--programs").resolve()
+    folder = Path(sysconfig.get_path("scripts"))
 
     def run(name: str, *arguments: object, cwd: Path | None = None) -> str:
         command = [str(folder / name), *map(str, arguments)]

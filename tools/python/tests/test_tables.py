@@ -14,6 +14,7 @@ import percuss
 import polars
 import pyarrow.parquet
 import pytest
+import xarray
 from conftest import RUNS, Programs
 from numpy.typing import NDArray
 
@@ -56,16 +57,21 @@ def test_tables(program: Programs, recording: Path, topic: str, tmp_path: Path) 
     table: pandas.DataFrame = getattr(run, TABLES[topic])
     other: polars.DataFrame = getattr(percuss.open(recording, tables="polars"), TABLES[topic])
     plain: NDArray[np.void] = getattr(percuss.open(recording, tables="numpy"), TABLES[topic])
+    dataset: xarray.Dataset = getattr(percuss.open(recording, tables="xarray"), TABLES[topic])
     assert list(table.columns) == other.columns == list(plain.dtype.names or ()) == list(columns)
+    assert list(dataset.sizes) == ["time"] and set(dataset.coords) == {"time", "step"}
+    assert list(dataset.variables) == list(columns)
     assert table.attrs["units"] == units
+    assert {name: column.attrs["units"] for name, column in dataset.variables.items() if column.attrs} == units
     for name, column in columns.items():
         expected = column.astype(str) if column.dtype.kind in "OTU" else column
-        for found in [table[name].to_numpy(), other[name].to_numpy(), plain[name]]:
+        for found in [table[name].to_numpy(), other[name].to_numpy(), plain[name], dataset[name].to_numpy()]:
             assert same(found.astype(str) if expected.dtype.kind == "U" else found, expected), name
 
 
 def test_types(recordings: dict[str, Path]) -> None:
     assert_type(percuss.open(recordings["flat"]).drag, pandas.DataFrame)
+    assert_type(percuss.open(recordings["flat"], tables="xarray").drag, xarray.Dataset)
     assert_type(percuss.open(recordings["flat"], tables="polars").drag, polars.DataFrame)
     assert_type(percuss.open(recordings["flat"], tables="numpy").drag, NDArray[np.void])
     assert isinstance(percuss.open(recordings["flat"], tables="numpy").drag, np.ndarray)
@@ -103,6 +109,8 @@ def test_tables_of_nothing_installed(recordings: dict[str, Path], monkeypatch: p
         run.drag
     with pytest.raises(ImportError, match=r"pip install xarray"):
         run.profile(t=1)
+    with pytest.raises(ImportError, match=r"pip install xarray"):
+        percuss.open(recordings["flat"], tables="xarray").drag
     with pytest.raises(ImportError, match=r"pip install polars"):
         percuss.open(recordings["flat"], tables="polars").drag
     force = percuss.open(recordings["flat"], tables="numpy").drag["force"]
@@ -110,5 +118,5 @@ def test_tables_of_nothing_installed(recordings: dict[str, Path], monkeypatch: p
 
 
 def test_unknown_tables(recordings: dict[str, Path]) -> None:
-    with pytest.raises(ValueError, match='tables = "excel" is none of pandas, polars, numpy'):
+    with pytest.raises(ValueError, match='tables = "excel" is none of pandas, xarray, polars, numpy'):
         percuss.open(recordings["flat"], tables="excel")  # type: ignore[call-overload]

@@ -1,12 +1,14 @@
-"""Recordings of percuss as data frames and labelled arrays with units.
+"""Impact on elastic layers: runs, and their recordings as data frames and labelled arrays with units.
 
     import percuss
 
-    run = percuss.open("fig5.mcap")
+    run = percuss.run("fig5", mesh={"cells": 200})
+    run = percuss.open("fig5.mcap")     # the same of a recording that is there
     run.drag                            # a data frame: time, step, force, contact_radius; units in attrs["units"]
     run.field("stress", t=2.5)          # an xarray.DataArray over z and r; units in attrs["units"]
     run.profile(t=2.5)                  # interface stress over r
     run.summary["peak_force"]           # what `percuss-read summary` measures
+    run.warnings                        # what the run advises
     run.case["mesh"]["cells"]           # the complete case
 
 All numbers are as they are recorded: dimensionless, or in SI if the case is physical. The file is open only while something is
@@ -22,19 +24,40 @@ import numpy
 from numpy.typing import NDArray
 
 from ._arrays import Times
-from ._file import RecordingError
+from ._errors import CaseError, Error, Place, Problem, RecordingError, RunError
 from ._recording import Recording
-from ._tables import to_numpy, to_pandas, to_polars
+from ._run import Case, check, exact, run, sweep
+from ._sweep import Sweep
+from ._tables import maker
 
 if TYPE_CHECKING:
     import pandas
     import polars
+    import xarray
 
-__all__ = ["Recording", "RecordingError", "Times", "open"]
+__all__ = [
+    "Case",
+    "CaseError",
+    "Error",
+    "Place",
+    "Problem",
+    "Recording",
+    "RecordingError",
+    "RunError",
+    "Sweep",
+    "Times",
+    "check",
+    "exact",
+    "open",
+    "run",
+    "sweep",
+]
 
 
 @overload
 def open(path: str | os.PathLike[str], tables: Literal["pandas"] = "pandas") -> Recording[pandas.DataFrame]: ...
+@overload
+def open(path: str | os.PathLike[str], tables: Literal["xarray"]) -> Recording[xarray.Dataset]: ...
 @overload
 def open(path: str | os.PathLike[str], tables: Literal["polars"]) -> Recording[polars.DataFrame]: ...
 @overload
@@ -44,15 +67,13 @@ def open(path: str | os.PathLike[str], tables: str = "pandas") -> Recording[Any]
 
     Args:
         path: The recording, format 2.x; also an interrupted one, `.mcap.part`, that has an index.
-        tables: What tables are: `pandas` data frames with units in `attrs["units"]`, `polars` data frames or structured
-            `numpy` arrays; of the last two, `Recording.units` has the units.
+        tables: What tables are: `pandas` data frames with units in `attrs["units"]`, `xarray` datasets over time with units in
+            the `attrs` of each variable, `polars` data frames or structured `numpy` arrays; of the last two, `Recording.units`
+            has the units.
 
     Raises:
         OSError: The file cannot be read.
         RecordingError: It is no recording of percuss of format 2.x, or has no index.
         ValueError: There are no such tables.
     """
-    makers = {"pandas": to_pandas, "polars": to_polars, "numpy": to_numpy}
-    if tables not in makers:
-        raise ValueError(f'tables = "{tables}" is none of {", ".join(makers)}')
-    return Recording(path, makers[tables])
+    return Recording(path, maker(tables))

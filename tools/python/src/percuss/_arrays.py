@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._file import File, RecordingError
+from ._errors import RecordingError
+from ._file import File
 
 if TYPE_CHECKING:
     import xarray

@@ -18,15 +18,13 @@ from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
+from ._errors import RecordingError
+
 MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEADER = 9
 """Opcode and length of a record [bytes]."""
 BROKEN = (McapError, CRCValidationError, ZstdError, RuntimeError, UnicodeDecodeError, struct.error)
 """What reading a damaged record raises: RuntimeError comes from lz4."""
-
-
-class RecordingError(ValueError):
-    """A file is no sound recording of percuss, or does not hold what is asked for."""
 
 
 class Index(NamedTuple):

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic
 
 from ._arrays import Times, pick, read_arrays
-from ._file import File, RecordingError
+from ._errors import RecordingError
+from ._file import File
 from ._measures import interfaces, measure, recorded, units_of
-from ._tables import Columns, read_columns
+from ._tables import Columns, Maker, Table_co, read_columns
 
 if TYPE_CHECKING:
     import xarray
-
-Table_co = TypeVar("Table_co", covariant=True)
 
 RUN = "percuss.run"
 MEASURES = "percuss.summary"
@@ -30,9 +29,16 @@ class Recording(Generic[Table_co]):
     Everything that reads raises OSError, or `RecordingError` where the recording is damaged or has no such channel.
     """
 
-    def __init__(self, path: str | os.PathLike[str], make: Callable[[Columns, dict[str, str]], Table_co]) -> None:
+    def __init__(self, path: str | os.PathLike[str], make: Maker[Table_co], folder: object = None) -> None:
+        """
+        Args:
+            path: The file.
+            make: Makes tables.
+            folder: What keeps the folder of the file, as long as the recording is used.
+        """
         self._file = File(path)
         self._make = make
+        self._folder = folder
         self._columns: dict[str, Columns] = {}
         version = self._file.metadata.get(RUN, {}).get("format_version")
         if version is None or version.partition(".")[0] != FORMAT:
@@ -41,6 +47,11 @@ class Recording(Generic[Table_co]):
 
     def __repr__(self) -> str:
         return f"<percuss.Recording {self._file.path}: {self.metadata[RUN]['title']}>"
+
+    @property
+    def path(self) -> Path:
+        """The file; that of a run without an output is there as long as this object."""
+        return Path(self._file.path)
 
     @property
     def topics(self) -> dict[str, int]:
@@ -80,6 +91,15 @@ class Recording(Generic[Table_co]):
     def events(self) -> Table_co:
         """What happened: `time`, `step`, `kind`, `text`, and where they apply, else NaN, `r`, `since`, `interface`."""
         return self._table("/event")
+
+    @cached_property
+    def warnings(self) -> list[str]:
+        """What the run advises, as on its mesh or the limits of the theory, in the order of `events`."""
+        if "/event" not in self.topics:
+            return []
+        events = self._read("/event")
+        texts = events["text"][events["kind"] == "WARNING"]
+        return [str(text).removeprefix("warning: ") for text in texts]
 
     @cached_property
     def summary(self) -> dict[str, float | None]:

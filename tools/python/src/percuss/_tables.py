@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
@@ -14,8 +15,12 @@ from ._file import File
 if TYPE_CHECKING:
     import pandas
     import polars
+    import xarray
 
+Table_co = TypeVar("Table_co", covariant=True)
 Columns = dict[str, NDArray[Any]]
+Maker = Callable[[Columns, dict[str, str]], Table_co]
+"""Makes a table of columns, the first of which tells rows apart, and their units."""
 
 TYPES: dict[int, type[np.generic]] = {
     FieldDescriptor.CPPTYPE_DOUBLE: np.float64,
@@ -78,8 +83,28 @@ def to_pandas(columns: Columns, units: dict[str, str]) -> pandas.DataFrame:
         text = 'tables need pandas: pip install pandas, or percuss.open(…, tables="numpy")'
         raise ImportError(text) from error
     table = pandas.DataFrame(columns)
-    table.attrs["units"] = {name: unit for name in columns if (unit := units.get(name.partition("[")[0])) is not None}
+    table.attrs["units"] = _units_by_column(columns, units)
     return table
+
+
+def to_xarray(columns: Columns, units: dict[str, str]) -> xarray.Dataset:
+    """Arrays over the first column and, where there is one, `step`, each with `units` in its `attrs`.
+
+    Raises:
+        ImportError: xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError("these tables need xarray: pip install xarray") from error
+    over = next(iter(columns))
+    known = _units_by_column(columns, units)
+    arrays = {name: (over, column, {"units": known[name]} if name in known else {}) for name, column in columns.items()}
+    return xarray.Dataset(arrays).set_coords([name for name in [over, "step"] if name in columns])
+
+
+def _units_by_column(columns: Columns, units: dict[str, str]) -> dict[str, str]:
+    return {name: unit for name in columns if (unit := units.get(name.partition("[")[0])) is not None}
 
 
 def to_polars(columns: Columns, units: dict[str, str]) -> polars.DataFrame:
@@ -93,3 +118,15 @@ def to_polars(columns: Columns, units: dict[str, str]) -> polars.DataFrame:
     except ImportError as error:
         raise ImportError("these tables need polars: pip install polars") from error
     return polars.DataFrame(columns)
+
+
+def maker(tables: str) -> Maker[Any]:
+    """What makes tables of this name.
+
+    Raises:
+        ValueError: There are no such tables.
+    """
+    makers: dict[str, Maker[Any]] = {"pandas": to_pandas, "xarray": to_xarray, "polars": to_polars, "numpy": to_numpy}
+    if tables not in makers:
+        raise ValueError(f'tables = "{tables}" is none of {", ".join(makers)}')
+    return makers[tables]
