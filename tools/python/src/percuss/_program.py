@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from importlib import metadata
 
 from ._errors import CaseError, Error, Place, Problem, RunError
@@ -71,10 +72,10 @@ def execute(verb: str, *arguments: str, progress: bool | None = False) -> str:
             child.send_signal(signal.SIGINT)
             child.stderr.read()
             child.wait()
+            bar.end(False)
             raise
-        finally:
-            bar.end()
         status = child.wait()
+        bar.end(status == 0)
         output.seek(0)
         printed = output.read()
     if status != 0:
@@ -97,19 +98,25 @@ class Bar:
 
     def __init__(self) -> None:
         self.length = 0
+        self.start = time.monotonic()
 
     def advance(self, line: str) -> bool:
         """Shows a line, if it is one of progress."""
         shares = re.match(r"(?:t = .*, step )?(\d+) of (\d+)(?: cases)?, .*ETA", line)
         if shares is None:
             return False
-        share = int(shares[1]) / int(shares[2])
-        text = f"{'█' * int(self.WIDTH * share):░<{self.WIDTH}} {share:4.0%}  {line.strip()}"
-        print(f"\r{text:<{self.length}}", end="", file=sys.stderr, flush=True)
-        self.length = len(text)
+        self._draw(int(shares[1]) / int(shares[2]), line.strip())
         return True
 
-    def end(self) -> None:
+    def end(self, is_done: bool) -> None:
         """Ends the line, if there is one."""
         if self.length > 0:
+            if is_done:
+                self._draw(1.0, f"{time.monotonic() - self.start:.1f} s")
             print(file=sys.stderr)
+
+    def _draw(self, share: float, text: str) -> None:
+        text = f"{'█' * int(self.WIDTH * share):░<{self.WIDTH}} {share:4.0%}  {text}"
+        # over all of the line before
+        print(f"\r{text:<{self.length}}", end="", file=sys.stderr, flush=True)
+        self.length = len(text)
