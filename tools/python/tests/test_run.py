@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import signal
 import sys
 import sysconfig
 import threading
 import time
+import zlib
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
@@ -137,6 +139,23 @@ def test_sweep(program: Programs, tmp_path: Path) -> None:
     assert again.summary.sizes == {"case": 4} and again.summary.peak_force.attrs["units"] == "πR²γc_p²"
     with pytest.raises(percuss.CaseError, match=r"none has been run(.|\n)*`indenter.mass` = -1"):
         percuss.sweep("fig5", {"indenter.mass": [1, -1]}, **SMALL)
+
+
+def test_failed_cases_stand_in_the_summary(tmp_path: Path) -> None:
+    vary = {"indenter.mass": [1, 2]}
+    percuss.sweep("fig5", vary, output=tmp_path / "s", keep="none", **SMALL)
+    journal = tmp_path / "s" / "manifest.jsonl"
+    first, second = journal.read_text().splitlines()
+    entry = json.loads(second) | {"state": "failed", "message": "it burst", "measures": {}}
+    del entry["crc32"]
+    text = json.dumps(entry, separators=(",", ":"))[:-1]
+    journal.write_text(f'{first}\n{text},"crc32":"{zlib.crc32(text.encode()):08x}"}}\n')
+    for _ in range(2):
+        table = percuss.sweep("fig5", vary, output=tmp_path / "s", keep="none", **SMALL).summary
+        assert list(table["status"]) == ["completed", "failed"] and np.isnan(table["peak_force"][1])
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(percuss.RunError):
+        percuss.sweep("fig5", vary, output=tmp_path / "file" / "s", **SMALL)
 
 
 def test_sweeps_of_texts_and_samples() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import tempfile
 import weakref
@@ -201,15 +202,13 @@ def sweep(
     given += [] if lhs is None else [f"--lhs={lhs}", f"--seed={seed}"]
     for key, values in vary.items():
         given.append(f"--vary={key}={values if isinstance(values, str) else ','.join(map(literal, values))}")
-    done = Sweep(path, make, folder)
-    before = done.written()
     try:
         execute("sweep", *given, *_given(case, settings, folder), progress=progress)
-    except RunError:
-        # cases have failed, if the summary is written, which comes last
-        if done.written() == before:
+    except RunError as error:
+        # all have been computed, and the summary says which have failed
+        if not re.match(r"\d+ of \d+ cases failed: ", str(error)):
             raise
-    return done
+    return Sweep(path, make, folder)
 
 
 def _given(case: Case, settings: Mapping[str, Any], folder: Folder) -> list[str]:

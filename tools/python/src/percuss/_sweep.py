@@ -67,11 +67,6 @@ class Sweep(Generic[Table_co]):
             raise RecordingError(f"{self.path} has no recording of case {case}")
         return Recording(self.path / files[case], self._make, self._folder)
 
-    def written(self) -> int | None:
-        """When the summary was written [ns]; None if it is not there."""
-        path = self.path / "summary.csv"
-        return path.stat().st_mtime_ns if path.exists() else None
-
     @cached_property
     def _rows(self) -> list[list[str]]:
         with open(self.path / "summary.csv", encoding="utf-8", newline="") as file:
