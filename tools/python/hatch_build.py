@@ -1,4 +1,4 @@
-"""Puts the programs into the wheel."""
+"""Puts the programs into the wheel, with the licences of what they are made of."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import sysconfig
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +24,24 @@ class Programs(BuildHookInterface):  # type: ignore[type-arg]
     """Builds the programs, or takes those that are built already."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        workspace = Path(self.root).parents[1]
         given = os.environ.get(FOLDER)
-        folder = Path(given) if given else build(Path(self.root).parents[1])
+        folder = Path(given) if given else build(workspace)
         programs = [folder / name for name in PACKAGES.values()]
         build_data["shared_scripts"] = {str(program): program.name for program in programs}
+        build_data["force_include"] = {str(self.notices(workspace)): "percuss/THIRD-PARTY.txt"}
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform(programs)}"
+
+    def notices(self, workspace: Path) -> Path:
+        """Writes the licences of all packages in the programs; they go with the build."""
+        self.work = tempfile.TemporaryDirectory()
+        path = Path(self.work.name) / "notices"
+        subprocess.run([sys.executable, workspace / "tools/release/notices", "-o", path], check=True, stdout=subprocess.DEVNULL)
+        return path
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        self.work.cleanup()
 
 
 def build(workspace: Path) -> Path:
