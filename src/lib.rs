@@ -92,7 +92,7 @@
 //! * An indenter that gives is a second instance of that body, in a frame that flies on with V0: contact is the balance of forces of two surfaces' nodes on the same radii.
 //! * Vectors of any width give the same bits: products are fused with sums in fixed places of the scheme and nowhere else, sums over a row
 //!   are taken in blocks of one size.
-//! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.
+//! * `unsafe` occurs only in `model::blocked`, and in `model::number` for the name of a function of the C library on Windows; every block has a SAFETY comment.
 //! * A run that is interrupted and continues, on any number of threads, gives the same messages and measures as one that is not.
 //! * What a recording says was measured, `percuss.summary`, is what its messages say, bit for bit.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
