@@ -31,8 +31,9 @@ class Viewer:
     `shown` is what Lichtblick would show: messages at the time that was sent last, nothing of before when time goes back.
     """
 
-    def __init__(self, url):
+    def __init__(self, url, subprotocols=("foxglove.sdk.v1",)):
         self.url = url
+        self.subprotocols = subprotocols
         self.channels = {}
         self.messages = {}
         self.shown = {}
@@ -45,7 +46,7 @@ class Viewer:
         # the library stops reading, and cannot close, once so many frames wait: no limit unless a slow viewer is wanted
         options = {"max_queue": None, **options}
         self.socket = await websockets.connect(
-            self.url, subprotocols=["foxglove.sdk.v1"], max_size=None, proxy=None, **options
+            self.url, subprotocols=self.subprotocols, max_size=None, proxy=None, **options
         )
         return self
 
@@ -80,6 +81,8 @@ class Viewer:
             self.times.append(time)
         elif frame[0] == PLAYBACK:
             self.states.append(struct.unpack_from("<BQfB", frame, 1))
+        else:
+            raise AssertionError(f"unknown opcode {frame[0]}")
 
     async def watch(self, until=lambda viewer: False, patience=30):
         """Receives until a condition holds or the server closes."""
@@ -305,15 +308,21 @@ async def replay(reader, folder):
         assert 2_400_000_000 < log_time <= 2_500_000_000, (topic, log_time)
     await viewer.play(speed=5.0)
     await viewer.watch(until=lambda viewer: any(state[0] == ENDED for state in viewer.states))
+    assert viewer.states[-1][2] == 5.0, viewer.states
     # messages and states come in one order
     assert viewer.messages["/drag"][-1][0] == 3_000_000_000, viewer.messages["/drag"][-1][0]
     # back, and play on from there
     await viewer.play(speed=5.0, seek=1_000_000_000)
     await viewer.watch(until=lambda viewer: viewer.messages["/drag"][-1][0] < 1_500_000_000)
     await viewer.watch(until=lambda viewer: viewer.messages["/drag"][-1][0] > 2_000_000_000)
+    # Lichtblick 1.28 offers both protocols and knows the older one, which has no playback control
+    older = Viewer(url, ["foxglove.websocket.v1", "foxglove.sdk.v1"])
+    older = await (await older.connect()).subscribe()
+    await older.watch(until=lambda older: older.messages["/drag"])
+    assert older.info["capabilities"] == ["time"] and not older.states, older.info
     process.terminate()
     assert process.wait() == -15
-    print("replay: plays, pauses, goes to times forward and back")
+    print("replay: plays, pauses, goes to times forward and back, at any speed; no states to viewers that do not know them")
 
     # round and round
     process, url = start(reader, "replay", run, "--addr", "0", "--speed", "20", "--loop")

@@ -21,7 +21,7 @@ use tungstenite::{
 use crate::{
     Answer, Request,
     access::Admission,
-    protocol::{self, ClientMessage, SUBPROTOCOLS},
+    protocol::{self, ClientMessage, Frame, PLAYBACK_SUBPROTOCOL, SUBPROTOCOLS},
     stream::{Allowance, HANDSHAKE_TIME, Phases, ReadHalf},
     viewers::{Next, Viewers},
 };
@@ -42,7 +42,9 @@ pub struct Shared {
     pub admission: Admission,
     /// The viewers.
     pub viewers: Arc<Viewers>,
-    /// First messages to a viewer.
+    /// First message to a viewer, without and with playback control.
+    pub info: [Message; 2],
+    /// Further first messages.
     pub greeting: Vec<Message>,
 }
 
@@ -50,6 +52,8 @@ pub struct Shared {
 struct Seat {
     viewers: Arc<Viewers>,
     id: u64,
+    /// The viewer knows playback control.
+    has_playback: bool,
 }
 
 impl Drop for Seat {
@@ -65,17 +69,17 @@ impl Drop for Seat {
 pub fn serve(stream: TcpStream, shared: &Arc<Shared>, phases: &Arc<Phases>) {
     // an error ends this connection only
     let Ok((mut reader, socket, seat)) = handshake(stream, shared, phases) else { return };
-    let id = seat.id;
+    let (id, has_playback) = (seat.id, seat.has_playback);
     let writer = {
         let (shared, phases) = (Arc::clone(shared), Arc::clone(phases));
-        thread::Builder::new().spawn(move || write(socket, &shared, id, &phases))
+        thread::Builder::new().spawn(move || write(socket, &shared, (id, has_playback), &phases))
     };
     let Ok(writer) = writer else { return };
     let mut allowance = Allowance::new(REQUESTS);
     while let Ok(message) = reader.read() {
         match message {
-            Message::Text(text) => handle(protocol::text(&text), &shared.viewers, id),
-            Message::Binary(data) => handle(protocol::binary(&data), &shared.viewers, id),
+            Message::Text(text) => handle(protocol::text(&text), &shared.viewers, (id, has_playback)),
+            Message::Binary(data) => handle(protocol::binary(&data), &shared.viewers, (id, has_playback)),
             Message::Ping(data) => shared.viewers.answer(id, Message::Pong(data)),
             Message::Close(_) => break,
             Message::Pong(_) | Message::Frame(_) => {}
@@ -135,14 +139,20 @@ impl Callback for Host<'_> {
             .flat_map(|header| header.to_str().unwrap_or_default().split(','))
             .map(str::trim)
             .collect();
-        let Some(chosen) = SUBPROTOCOLS.into_iter().find(|known| offered.contains(known)) else {
+        // viewers name the one first that they know best: Lichtblick offers both, and does not know playback control
+        let known = |offer: &&str| SUBPROTOCOLS.into_iter().find(|known| known == offer);
+        let Some(chosen) = offered.iter().find_map(known) else {
             let text = format!("offer one of {}", SUBPROTOCOLS.join(", "));
             return Err(refusal(StatusCode::BAD_REQUEST, &text));
         };
         let Some(id) = shared.viewers.enter() else {
             return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, "all places for viewers are taken"));
         };
-        *self.seat = Some(Seat { viewers: Arc::clone(&shared.viewers), id });
+        *self.seat = Some(Seat {
+            viewers: Arc::clone(&shared.viewers),
+            id,
+            has_playback: chosen == PLAYBACK_SUBPROTOCOL,
+        });
         response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(chosen));
         Ok(response)
     }
@@ -160,12 +170,15 @@ fn refusal(status: StatusCode, text: &str) -> ErrorResponse {
     refusal
 }
 
-fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, id: u64) {
+fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, (id, has_playback): (u64, bool)) {
     let outcome = match message {
         Ok(ClientMessage::Subscribe(wanted)) => viewers.subscribe(id, wanted),
         Ok(ClientMessage::Unsubscribe(ids)) => {
             viewers.unsubscribe(id, &ids);
             Ok(())
+        }
+        Ok(ClientMessage::Playback { .. }) if !has_playback => {
+            Err(format!("playback control is of {PLAYBACK_SUBPROTOCOL}"))
         }
         Ok(ClientMessage::Playback { play, speed, seek, request }) => {
             viewers.request(Request { play, speed, seek, answer: Answer { viewer: id, request } })
@@ -179,8 +192,8 @@ fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, id: u64) {
 }
 
 /// Writes frames until the viewer leaves or the server ends; then closes the connection.
-fn write(mut socket: WebSocket<TcpStream>, shared: &Shared, id: u64, phases: &Phases) {
-    let outcome = write_all(&mut socket, shared, id);
+fn write(mut socket: WebSocket<TcpStream>, shared: &Shared, viewer: (u64, bool), phases: &Phases) {
+    let outcome = write_all(&mut socket, shared, viewer);
     if outcome.and_then(|()| socket.close(None)).and_then(|()| socket.flush()).is_err() {
         // the connection is broken: ends the reading thread too
         phases.is_over.store(true, Ordering::Relaxed);
@@ -188,14 +201,22 @@ fn write(mut socket: WebSocket<TcpStream>, shared: &Shared, id: u64, phases: &Ph
     }
 }
 
-fn write_all(socket: &mut WebSocket<TcpStream>, shared: &Shared, id: u64) -> tungstenite::Result<()> {
+fn write_all(
+    socket: &mut WebSocket<TcpStream>,
+    shared: &Shared,
+    (id, has_playback): (u64, bool),
+) -> tungstenite::Result<()> {
+    let is_known = |frame: &Frame| has_playback || !matches!(frame, Frame::Playback { .. });
+    socket.write(shared.info[usize::from(has_playback)].clone())?;
     shared.greeting.iter().try_for_each(|message| socket.write(message.clone()))?;
     socket.flush()?;
     let mut frames = Vec::new();
     loop {
         match shared.viewers.next(id, &mut frames) {
             Next::Answers(messages) => messages.into_iter().try_for_each(|message| socket.write(message))?,
-            Next::Frames => frames.drain(..).try_for_each(|frame| socket.write(frame.encode()))?,
+            Next::Frames => {
+                frames.drain(..).filter(is_known).try_for_each(|frame| socket.write(frame.encode()))?
+            }
             Next::End => return Ok(()),
         }
         socket.flush()?;

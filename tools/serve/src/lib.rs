@@ -172,7 +172,7 @@ impl Server {
     /// Opens a server.
     ///
     /// * `name`: title in viewers
-    /// * `range`: first and last time \[ns\] of a recording that viewers can play
+    /// * `range`: first and last time \[ns\] of a recording that viewers can play, those that know playback control
     /// * `access`: who may connect
     ///
     /// # Errors
@@ -194,12 +194,11 @@ impl Server {
         let viewers = Arc::new(Viewers::new(channels.len(), range.map(|_| sender)));
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let session = format!("{}-{since}", process::id());
-        let mut greeting = vec![protocol::server_info(name, &session, range)];
-        greeting.extend(protocol::advertise(channels));
         let shared = Shared {
             admission: Admission::new(&open_at.host, access),
             viewers: Arc::clone(&viewers),
-            greeting,
+            info: [None, range].map(|range| protocol::server_info(name, &session, range)),
+            greeting: protocol::advertise(channels).collect(),
         };
         let acceptor = Acceptor::start(listener, shared).map_err(failed)?;
         Ok(Self {
@@ -254,7 +253,7 @@ impl Server {
         self.requests.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(wait).ok()
     }
 
-    /// Sends the state of the player, after the messages sent before.
+    /// Sends the state of the player, after the messages sent before, to viewers that know playback control.
     ///
     /// * `did_seek`: true after a jump
     /// * `answer`: the request that it answers

@@ -12,8 +12,11 @@ use tungstenite::Message;
 
 use crate::{Channel, Playback, Playing};
 
-/// Versions of the protocol in the order of preference. The frames used here are the same in all.
-pub const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
+/// Versions of the protocol. Their frames are the same, except that viewers of the older one do not know playback control, neither
+/// its requests nor the states of a player.
+pub const SUBPROTOCOLS: [&str; 2] = [PLAYBACK_SUBPROTOCOL, "foxglove.websocket.v1"];
+/// The version with playback control.
+pub const PLAYBACK_SUBPROTOCOL: &str = "foxglove.sdk.v1";
 
 const MESSAGE: u8 = 1;
 const TIME: u8 = 2;

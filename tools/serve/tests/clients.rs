@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Access, Address, Channel, Server, VIEWERS};
+use percuss_serve::{Access, Address, Channel, Playback, Playing, Server, VIEWERS};
 use tungstenite::{ClientRequestBuilder, Message, WebSocket, client};
 
 use crate::viewer::Viewer;
@@ -47,7 +47,7 @@ fn connect(server: &Server) -> TcpStream {
 fn request(host: &str, more: &str) -> String {
     format!(
         "GET / HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
-         Sec-WebSocket-Version: 13\r\n{KEY}\r\nSec-WebSocket-Protocol: foxglove.websocket.v1\r\n{more}\r\n"
+         Sec-WebSocket-Version: 13\r\n{KEY}\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n{more}\r\n"
     )
 }
 
@@ -75,7 +75,7 @@ fn answer(server: &Server, text: &str) -> String {
 /// A viewer's connection after the handshake.
 fn socket(server: &Server) -> WebSocket<TcpStream> {
     let request = ClientRequestBuilder::new(server.url().parse().expect("an address"))
-        .with_sub_protocol("foxglove.websocket.v1");
+        .with_sub_protocol("foxglove.sdk.v1");
     client(request, connect(server)).expect("a server of the protocol").0
 }
 
@@ -88,6 +88,65 @@ fn serves_well(server: &Server) {
     viewer.watch(LONG, |viewer| !viewer.messages["/drag"].is_empty());
     assert_eq!(viewer.times("/drag").last(), Some(&1), "after {:?}", start.elapsed());
     viewer.leave();
+}
+
+/// The next frame whose first byte, of a text `{`, is this one.
+fn next(socket: &mut WebSocket<TcpStream>, first: u8) -> Vec<u8> {
+    loop {
+        let data = socket.read().expect("a frame").into_data().to_vec();
+        if data.first() == Some(&first) {
+            return data;
+        }
+    }
+}
+
+/// A request of playback control.
+fn control(command: u8, speed: f32, seek: Option<u64>) -> Message {
+    let mut data = vec![3, command];
+    data.extend(speed.to_le_bytes());
+    data.push(u8::from(seek.is_some()));
+    data.extend(seek.unwrap_or_default().to_le_bytes());
+    data.extend([1, 0, 0, 0, b'r']);
+    Message::binary(data)
+}
+
+#[test]
+fn playback_control_is_for_viewers_whose_protocol_has_it() {
+    let _running = TESTS.read().unwrap_or_else(PoisonError::into_inner);
+    let server = open(Access::default(), Some((0, 1_000)));
+    let state = |time| Playback { state: Playing::Paused, time, speed: 2.5 };
+    let mut socket = socket(&server);
+    let info = String::from_utf8(next(&mut socket, b'{')).expect("text");
+    assert!(info.contains("playbackControl") && info.contains("dataEndTime"), "{info}");
+    socket.send(control(1, 2.5, Some(300))).expect("it listens");
+    let request = server.request(LONG).expect("a request");
+    assert_eq!((request.play, request.speed, request.seek), (false, Some(2.5), Some(300)));
+    // as Lichtblick: it offers both, the older one first; this viewer panics at what it does not know
+    let mut viewer = Viewer::connect(&server.url());
+    viewer.subscribe(&["/drag"]);
+    server.send_playback(state(300), true, Some(request.answer));
+    server.send(0, 300, b"{}");
+    let answer = next(&mut socket, 5);
+    assert_eq!(
+        (answer[1], &answer[10..14], &answer[14..]),
+        (1, &2.5_f32.to_le_bytes()[..], &[1, 1, 0, 0, 0, b'r'][..])
+    );
+    viewer.watch(LONG, |viewer| !viewer.messages["/drag"].is_empty());
+    // a later panel takes the viewer back, which has a state of its own
+    server.send(1, 200, &[0; 20_000]);
+    viewer.subscribe(&["/picture"]);
+    viewer.watch(LONG, |viewer| !viewer.messages["/picture"].is_empty());
+    viewer.leave();
+    let older = ClientRequestBuilder::new(server.url().parse().expect("an address"))
+        .with_sub_protocol("foxglove.websocket.v1");
+    let (mut older, _) = client(older, connect(&server)).expect("a server of the protocol");
+    let info = String::from_utf8(next(&mut older, b'{')).expect("text");
+    assert!(info.contains(r#"["time"]"#) && !info.contains("dataEndTime"), "{info}");
+    older.send(control(0, 1.0, None)).expect("it listens");
+    next(&mut older, b'{');
+    let refusal = String::from_utf8(next(&mut older, b'{')).expect("text");
+    assert!(refusal.contains("playback control is of foxglove.sdk.v1"), "{refusal}");
+    assert_eq!(server.request(Duration::ZERO), None);
 }
 
 /// Held by tests: those that measure memory run alone.

@@ -1,4 +1,5 @@
-//! A viewer that places messages as Lichtblick does: at the last time sent to it; when time goes back it drops all of them.
+//! A viewer that places messages as Lichtblick does: at the last time sent to it; when time goes back it drops all of them. It offers
+//! what Lichtblick offers, and knows what it knows.
 
 use std::{
     collections::BTreeMap,
@@ -35,7 +36,9 @@ impl Viewer {
     pub fn connect(url: &str) -> Self {
         let stream = TcpStream::connect(url.trim_start_matches("ws://")).expect("a listening server");
         let uri = url.parse().expect("an address");
-        let request = ClientRequestBuilder::new(uri).with_sub_protocol("foxglove.websocket.v1");
+        let request = ClientRequestBuilder::new(uri)
+            .with_sub_protocol("foxglove.websocket.v1")
+            .with_sub_protocol("foxglove.sdk.v1");
         let (socket, _) = client(request, stream).expect("a server of the protocol");
         socket.get_ref().set_read_timeout(Some(Duration::from_millis(20))).expect("a socket");
         let mut viewer = Self {
@@ -104,7 +107,7 @@ impl Viewer {
                 }
                 self.clock = Some(time);
             }
-            _ => {}
+            opcode => panic!("Unrecognized server opcode {opcode}"),
         }
     }
 

@@ -24,7 +24,7 @@ use crate::{
 
 const REPLAY_EXAMPLES: &str = "\
 Viewers that speak the Foxglove WebSocket protocol connect to the address that is printed; those that have playback \
-control play, pause and go to times. It begins 1.5 s after the last subscription, since viewers subscribe panel by \
+control (subprotocol foxglove.sdk.v1) play, pause, go to times and change the speed. It begins 1.5 s after the last subscription, since viewers subscribe panel by \
 panel; a viewer that comes later gets what has been played so far. Interrupt it with Ctrl-C.
 
 Examples:
