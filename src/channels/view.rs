@@ -22,6 +22,7 @@ mod colours;
 mod fronts;
 mod grid;
 mod image;
+mod labels;
 mod plate;
 mod profile;
 mod scene;

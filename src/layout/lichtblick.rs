@@ -178,14 +178,12 @@ fn plot(paths: &[Value], (x_label, end): &(String, f64), y_label: &str) -> Value
     })
 }
 
-/// The section from the front, without perspective, all of it in view.
+/// The section from the front, without perspective: the contact and both bodies in view.
 fn section(builder: &LayoutBuilder<'_>) -> Value {
-    let viewport = &builder.viewport;
-    // such a panel is three to four times as wide as it is high
-    let width = 2.0 * viewport.half_width;
-    let height = viewport.depth + 2.0 * viewport.top;
+    let window = &builder.viewport.window;
     let length = |length| builder.units.length.of(length);
-    let distance = length(1.1 * height.max(width / 3.2));
+    // without perspective, the height that a panel shows
+    let distance = length(window.height);
     json!({
         "cameraState": {
             "perspective": false,
@@ -193,7 +191,7 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
             "phi": 0,
             "thetaOffset": 0,
             "target": [0, 0, 0],
-            "targetOffset": [0, length(0.5 * (1.5 * viewport.top - viewport.depth)), 0],
+            "targetOffset": [0, length(window.middle), 0],
             "targetOrientation": [0, 0, 0, 1],
             "fovy": 45,
             // close enough to each other for viewers to resolve the sheets of the scene

@@ -57,7 +57,7 @@ def main():
     if "/probes" in channels:
         radii = channels["/probes"].metadata["axis.stress"].split(",")
         lines = [
-            line("percuss.Probes", f".stress[{i}]", f"r = {r}", COLOURS[i % len(COLOURS)])
+            line("percuss.Probes", f".stress[{i}]", f"r = {float(r):.4g}", COLOURS[i % len(COLOURS)])
             for i, r in enumerate(radii)
         ]
         plots.append(plot(f"Interface stress [{unit('/probes', 'stress')}]", "/probes", lines))

@@ -26,6 +26,8 @@ const TITLE: f64 = 21.0;
 const TICK: f64 = 15.0;
 /// Most letters of a title: longer ones are cut.
 const LONGEST: usize = 90;
+/// Most letters at a tick of the colour bar.
+const LONGEST_TICK: usize = 6;
 /// Length of a tick and width of the colour bar \[pixels\].
 const MARK: i64 = 6;
 const BAR: i64 = 20;
@@ -169,7 +171,10 @@ impl Plate {
         for part in [-1.0, -0.5, 0.0, 0.5, 1.0] {
             let row = top + (0.5 * (1.0 - part) * height as f64).round() as i64;
             self.base.fill([right, right + MARK], [row, row + 1], BLACK);
-            let text = (part * end).to_string().replace('-', "−");
+            let text = (part * end).to_string();
+            // a range far from 1 without a unit
+            let text = if text.len() > LONGEST_TICK { format!("{:e}", part * end) } else { text };
+            let text = text.replace('-', "−");
             self.write(&text, [right + MARK + 4, row + 5], TICK, Align::Start, false);
         }
         let label = format!("{} [{name}]", field.name().replace('_', " "));

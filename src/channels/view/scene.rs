@@ -4,7 +4,12 @@ use std::sync::Arc;
 
 use percuss_canvas::DIVERGING;
 
-use super::{INDENTER, Sheet, Viewport, WORLD, colours, entity, viewport::range, world::World};
+use super::{
+    INDENTER, Sheet, Viewport, WORLD, colours, entity,
+    labels::spread,
+    viewport::{Window, range},
+    world::World,
+};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Outlet, Rate},
@@ -62,13 +67,14 @@ pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
 impl Scene {
     fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
         let nodes = case.column(viewport.half_width).floor();
-        // the largest stress of the colour range on all of the contact is an arrow of half the viewport
+        // the largest stress of the colour range on all of the contact is an arrow of half the section in view
         let reach = viewport.reach.min(viewport.half_width);
         let area = match case.geometry {
             Geometry::Axisymmetric => reach * reach,
             Geometry::Plane => reach,
         };
-        let full = 0.5 * viewport.depth.min(viewport.half_width);
+        let [half_width, depth] = viewport.window.section;
+        let full = 0.5 * depth.min(half_width);
         let units = case.units();
         let largest = range(case, Field::Stress) / units.stress.scale;
         let world = viewport.world;
@@ -76,20 +82,16 @@ impl Scene {
             let ends = [-viewport.half_width, viewport.half_width].map(|x| world.point(x, -depth));
             world.line(ends.to_vec(), viewport.height_of(Sheet::Backing), colours::OUTLINE)
         };
-        let shown = viewport.layers.iter().filter(|(_, top)| *top < viewport.depth);
-        let name = |(name, top): &(String, f64)| {
-            label(name.clone(), world.at(0.85 * viewport.half_width, -top, viewport.height_of(Sheet::Marks)))
-        };
-        let layers = (
-            shown.clone().skip(1).map(|(_, top)| LinePrimitive { thickness: 1.0, ..across(*top) }).collect(),
-            shown.map(name).collect(),
-        );
+        let shown = viewport.layers.iter().skip(1).filter(|(_, top)| *top < viewport.depth);
+        let interfaces = shown.map(|(_, top)| LinePrimitive { thickness: 1.0, ..across(*top) });
+        let (leaders, names) = names(viewport);
+        let layers = (interfaces.chain(leaders).collect(), names);
         Self {
             drag_scale: full / (largest * area),
             units,
             nodes: nodes as usize,
             every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
-            body: case.load.is_none().then(|| body(viewport)),
+            body: case.load.is_none().then(|| body(viewport, case.indenter.striker.is_some())),
             backing: viewport.thickness.map(across),
             layers,
             colours: case.record.fields.first().map(|field| colour_bar(case, *field, viewport)),
@@ -140,7 +142,7 @@ impl Scene {
             let (triangles, texts) = (colours.triangles.clone(), colours.texts.clone());
             entities.push(SceneEntity { triangles, texts, ..new("colours", WORLD) });
         }
-        let tick = 0.05 * viewport.depth;
+        let tick = 0.05 * viewport.window.section[1];
         let foot = viewport.height(view.depth);
         let contact = [-1.0, 1.0].map(|side| side * view.contact_radius);
         let points =
@@ -156,7 +158,7 @@ impl Scene {
         let marks = viewport.height_of(Sheet::Marks);
         let [time, drag] = [(self.units.time, view.time), (self.units.force, view.drag)]
             .map(|(unit, x)| unit.text_with_unit(3, x));
-        let [x, y] = beside(viewport);
+        let [x, y] = beside(&viewport.window);
         entities.push(SceneEntity {
             arrows: arrow(world, (tail, marks), self.drag_scale * view.drag, tick),
             texts: vec![label(format!("t = {time}   F = {drag}"), world.at(-x, y, marks))],
@@ -166,8 +168,8 @@ impl Scene {
     }
 }
 
-/// Outline and filling of the indenter in its own frame.
-fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
+/// Outline and filling of the indenter in its own frame; of one that gives the face alone.
+fn body(viewport: &Viewport, gives: bool) -> (LinePrimitive, TriangleListPrimitive) {
     let world = viewport.world;
     let point = |x, y| world.point(x, y);
     let mirror = |[x, y]: [f64; 2]| [-x, y];
@@ -175,14 +177,18 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
         viewport.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(viewport.face.iter().copied()).collect();
     let edge = viewport.edge();
     let mut outline: Vec<Point3> = face.iter().map(|[x, y]| point(*x, *y)).collect();
-    outline.extend([point(edge, viewport.top), point(-edge, viewport.top)]);
+    let mut r#type = line_primitive::Type::LineStrip;
+    if !gives {
+        outline.extend([point(edge, viewport.top), point(-edge, viewport.top)]);
+        r#type = line_primitive::Type::LineLoop;
+    }
     let corners = |pair: &[[f64; 2]]| {
         let ([a, b], [c, d]) = (pair[0], pair[1]);
         let top = viewport.top;
         [point(a, b), point(c, d), point(c, top), point(a, b), point(c, top), point(a, top)]
     };
     let outline = LinePrimitive {
-        r#type: line_primitive::Type::LineLoop.into(),
+        r#type: r#type.into(),
         ..world.line(outline, viewport.height_of(Sheet::Outline), colours::OUTLINE)
     };
     let filling = TriangleListPrimitive {
@@ -194,17 +200,43 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
     (outline, filling)
 }
 
+/// Names of layers on the right, each with a line to its layer if that is too thin for it.
+fn names(viewport: &Viewport) -> (Vec<LinePrimitive>, Vec<TextPrimitive>) {
+    let Window { half_width, height, section, .. } = viewport.window;
+    // beside a narrow section
+    let middle =
+        if section[0] < 0.5 * half_width { section[0] + 0.2 * half_width } else { 0.85 * section[0] };
+    let (world, marks) = (viewport.world, viewport.height_of(Sheet::Marks));
+    let faces: Vec<f64> = viewport.layers.iter().map(|(_, top)| *top).collect();
+    let pitch = 0.06 * height;
+    let (mut leaders, mut names) = (Vec::new(), Vec::new());
+    for (i, at) in spread(&faces, section[1], pitch) {
+        let lower = faces.get(i + 1).map_or(section[1], |next| next.min(section[1]));
+        if lower - faces[i] < pitch {
+            let [near, far] = [0.11, 0.17].map(|back| middle - back * half_width);
+            let line = vec![world.point(far, -0.5 * (faces[i] + lower)), world.point(near, -at)];
+            leaders.push(LinePrimitive { thickness: 1.0, ..world.line(line, marks, colours::OUTLINE) });
+        }
+        names.push(label(viewport.layers[i].0.clone(), world.at(middle, -at, marks)));
+    }
+    (leaders, names)
+}
+
 /// A place beside the indenter, or above it where it is too wide: the middle of what is written there.
-fn beside(viewport: &Viewport) -> [f64; 2] {
-    let height = if viewport.edge() < 0.45 * viewport.half_width { 0.5 } else { 1.25 };
-    [0.72 * viewport.half_width, height * viewport.top]
+fn beside(window: &Window) -> [f64; 2] {
+    let height = if window.indenter < 0.33 * window.half_width {
+        (0.5 * window.ceiling).max(0.05 * window.height)
+    } else {
+        window.ceiling + 0.03 * window.height
+    };
+    [0.65 * window.half_width, height]
 }
 
 /// The colours of a field from the lowest level to the highest, with their values.
 fn colour_bar(case: &Case, field: Field, viewport: &Viewport) -> SceneEntity {
     let world = viewport.world;
-    let ([middle, y], marks) = (beside(viewport), viewport.height_of(Sheet::Marks));
-    let (half, height) = (0.2 * viewport.half_width, 0.12 * viewport.top);
+    let ([middle, y], marks) = (beside(&viewport.window), viewport.height_of(Sheet::Marks));
+    let (half, height) = (0.11 * viewport.window.half_width, 0.03 * viewport.window.height);
     // colours are linear between these
     let shares: Vec<f64> =
         (0..DIVERGING.len()).map(|i| 2.0 * i as f64 / (DIVERGING.len() - 1) as f64 - 1.0).collect();
@@ -234,9 +266,9 @@ fn colour_bar(case: &Case, field: Field, viewport: &Viewport) -> SceneEntity {
             ..TriangleListPrimitive::default()
         }],
         texts: vec![
-            text(-1.8, 0.5, unit.short_with_unit(-end)),
-            text(0.0, 3.0, name),
-            text(1.8, 0.5, unit.short_with_unit(end)),
+            text(-2.2, 0.5, unit.short_with_unit(-end)),
+            text(0.0, 2.6, name),
+            text(2.2, 0.5, unit.short_with_unit(end)),
         ],
         ..SceneEntity::default()
     }

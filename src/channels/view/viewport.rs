@@ -13,15 +13,21 @@ use crate::{
 
 /// Points on one side of the outline of a head that is not flat.
 const HEAD_POINTS: u32 = 24;
-/// Share of the smaller side of the viewport that the deepest displacement may take.
+/// Share of the smaller side of the section in view that the deepest displacement may take.
 const DEEPEST: f64 = 0.2;
-/// Distance between sheets as a share of the smaller side of the viewport: some hundred times the resolution of viewers.
+/// Distance between sheets as a share of the smaller side of the section in view: some hundred times the resolution of viewers.
 const SHEET: f64 = 0.01;
 /// Margin for peaks above the front pressure: under the tip of a cone, beside an edge, behind a reflection.
 const HEADROOM: f64 = 1.25;
 
 /// Section of a graded mesh that is shown, in its near zones.
 const AROUND: f64 = 4.0;
+/// Section that viewers open with, in largest contact radii.
+const IN_VIEW: f64 = 20.0;
+/// Greatest depth of it, in halves of its width: of a bar not all.
+const SLENDER: f64 = 10.0;
+/// Least width of a panel with a section, in its heights.
+const ASPECT: f64 = 2.4;
 
 /// Layers of pictures, from the back to the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,8 +77,45 @@ pub struct Viewport {
     pub thickness: Option<f64>,
     /// Layers, where there are several: name and depth of the upper face \[R\].
     pub layers: Vec<(String, f64)>,
+    /// What viewers open with.
+    pub window: Window,
     /// Makes the geometry of pictures from these lengths.
     pub world: World,
+}
+
+/// The part of the scene that viewers open with: the contact, and both bodies around it. The rest is one turn of the wheel away.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Half of its width, which may be more than that of the section \[R\].
+    pub half_width: f64,
+    /// Height of all of it \[R\].
+    pub height: f64,
+    /// Height of its middle over the surface \[R\].
+    pub middle: f64,
+    /// Section in it: half of its width, and its depth \[R\].
+    pub section: [f64; 2],
+    /// Upper end of the indenter before the impact \[R\].
+    pub ceiling: f64,
+    /// Half of the width of the indenter \[R\].
+    pub indenter: f64,
+}
+
+impl Window {
+    /// * `section`: half of its width, and its depth, of what is in view
+    /// * `indenter`: half of its width, and its height
+    fn new(section: [f64; 2], [indenter, ceiling]: [f64; 2]) -> Self {
+        let span = section[1] + ceiling;
+        // with room for a line of text at either end
+        let height = (1.3 * span).max(2.1 * section[0] / ASPECT);
+        Self {
+            half_width: ASPECT * height / 2.1,
+            height,
+            middle: 0.5 * (ceiling - section[1]) + 0.04 * span,
+            section,
+            ceiling,
+            indenter,
+        }
+    }
 }
 
 /// Waves that the edge of the contact emits from the point on at which it no longer outruns them.
@@ -108,21 +151,33 @@ impl Viewport {
         let shown = nodes / (case.record.field_every as f64).powi(2);
         let pixels = (nodes / 10.0).min(shown).clamp(8e3, 4e4);
         let pixel = (half_width * depth / pixels).sqrt();
+        let in_view = match case.load {
+            Some(_) => f64::INFINITY,
+            None => IN_VIEW * case.likely_radius().max(sizes.dr),
+        };
+        let in_view = [half_width, depth].map(|length| length.min(in_view));
+        let in_view = [in_view[0], in_view[1].min(SLENDER * in_view[0])];
+        let smaller = in_view[0].min(in_view[1]);
         // of an indenter that gives, as much as of the target, and to scale
         let striker = case.indenter.striker.as_ref();
         let above = striker.map_or(0.0, |striker| {
-            let room = depth.min(half_width);
-            striker
-                .body
-                .thickness
-                .map_or(room, |height| room.min(height + shape.profile(half_width.min(reach))))
+            let height = |height| depth.min(height + shape.profile(half_width.min(reach)));
+            striker.body.thickness.map_or(depth, height)
         });
         let exaggeration = match striker {
             Some(_) => 1.0,
-            None => round_down(DEEPEST * depth.min(half_width) / largest_displacement(case)),
+            None => round_down(DEEPEST * smaller / largest_displacement(case)),
         };
         let face = face(&shape, &case.indenter.head, reach.min(half_width), exaggeration);
         let highest = face.iter().map(|point| point[1]).fold(0.0, f64::max);
+        let top = highest + 0.4 * reach.min(smaller);
+        let edge = face.last().map_or(0.0, |point| point[0]);
+        let indenter = match striker {
+            Some(striker) => {
+                [striker.body.radius.unwrap_or(half_width).min(half_width), above.min(in_view[1]).max(top)]
+            }
+            None => [edge, top],
+        };
         Self {
             half_width,
             depth,
@@ -131,7 +186,8 @@ impl Viewport {
             rows: ((depth / pixel).ceil() as usize).max(1),
             above: (above / pixel).ceil() as usize,
             exaggeration,
-            top: highest + 0.4 * reach.min(half_width).min(depth),
+            top,
+            window: Window::new(in_view, indenter),
             face,
             reach,
             waves: waves(case, &shape),
@@ -153,7 +209,8 @@ impl Viewport {
 
     /// Height of a sheet above the plane of the field \[R\].
     pub fn height_of(&self, sheet: Sheet) -> f64 {
-        f64::from(sheet as u8) * SHEET * self.depth.min(self.half_width)
+        let [half_width, depth] = self.window.section;
+        f64::from(sheet as u8) * SHEET * depth.min(half_width)
     }
 }
 
@@ -360,6 +417,29 @@ mod tests {
         let heights = sheets.map(|sheet| viewport.height_of(sheet));
         assert_eq!(heights[0], 0.0);
         assert!(heights.windows(2).all(|pair| pair[1] - pair[0] > 0.005), "{heights:?}");
+    }
+
+    #[test]
+    fn viewers_open_with_the_contact_and_both_bodies() {
+        let windows = ["fig5", "fig9-minf", "ball", "laminate-glass", "coating", "coating-soft", "bar"]
+            .map(|name| (name, viewport(name)));
+        let elastic = Case::sound("ball", &["indenter.body=elastic"]);
+        let elastic = Viewport::new(&elastic);
+        for (name, (case, viewport)) in &windows {
+            let Window { half_width, height, section, .. } = viewport.window;
+            let radius = case.likely_radius();
+            assert!(radius > 0.01 * height && radius < section[0] * 1.001, "{name}: {radius} of {height}");
+            assert!(2.0 * half_width <= 1.001 * ASPECT * height, "{name}");
+        }
+        // the coating is seen, at a displacement that is not drawn beyond the window
+        let (case, coating) = &windows[4].1;
+        assert!(coating.layers[1].1 > 0.04 * coating.window.section[1]);
+        assert!(coating.exaggeration * largest_displacement(case) < 0.2 * coating.window.height);
+        for striker in [&windows[6].1.1, &elastic] {
+            let Window { height, middle, section, ceiling, .. } = striker.window;
+            assert!(striker.above as f64 * striker.pixel > 0.5 * section[1], "both bodies");
+            assert!(middle + 0.5 * height > ceiling && middle - 0.5 * height < -section[1]);
+        }
     }
 
     #[test]
