@@ -158,7 +158,9 @@ impl Scene {
         let marks = viewport.height_of(Sheet::Marks);
         let [time, drag] = [(self.units.time, view.time), (self.units.force, view.drag)]
             .map(|(unit, x)| unit.text_with_unit(3, x));
-        let [x, y] = beside(&viewport.window);
+        let Window { half_width, height, ceiling, .. } = viewport.window;
+        // a long text: above the indenter
+        let [x, y] = [0.65 * half_width, ceiling + 0.05 * height];
         entities.push(SceneEntity {
             arrows: arrow(world, (tail, marks), self.drag_scale * view.drag, tick),
             texts: vec![label(format!("t = {time}   F = {drag}"), world.at(-x, y, marks))],
