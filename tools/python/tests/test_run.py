@@ -176,6 +176,8 @@ def test_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     part = output.with_name("long.mcap.part")
     shown = io.StringIO()
     monkeypatch.setattr(sys, "stderr", shown)
+    # jobs in the background begin with it ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def interrupt() -> None:
         while "step" not in shown.getvalue():
