@@ -95,7 +95,7 @@ impl Channel {
         match self
             .coordinate_unit(coordinate)
             .filter(|_| position != 0.0)
-            .and_then(|unit| Prefixed::choose(unit, position))
+            .and_then(|unit| Prefixed::fitting(unit, position))
         {
             // what a number in another unit has beyond twelve digits is rounding
             Some(prefixed) => {

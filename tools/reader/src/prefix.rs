@@ -53,12 +53,13 @@ impl Prefixed {
     ///
     /// * `largest`: largest number by magnitude, in the plain unit
     pub fn choose(unit: &str, largest: f64) -> Option<Self> {
+        let preferred = PREFERRED.get().and_then(|all| all.iter().rev().find(|(base, _)| *base == unit));
+        preferred.map(|(_, shown)| shown.clone()).or_else(|| Self::fitting(unit, largest))
+    }
+
+    /// As [`Prefixed::choose`], whatever is preferred: for names, as those of columns, which are the same for every reader.
+    pub fn fitting(unit: &str, largest: f64) -> Option<Self> {
         let unit = known(unit)?;
-        if let Some((_, shown)) =
-            PREFERRED.get().and_then(|all| all.iter().rev().find(|(base, _)| *base == unit))
-        {
-            return Some(shown.clone());
-        }
         let (power, letter) = prefix(largest, unit, 1e-12);
         Some(Self { factor: 10f64.powi(-power), unit: format!("{letter}{unit}") })
     }
