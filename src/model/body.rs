@@ -26,6 +26,8 @@
 //! `E_r = A⁻¹GᵀWG` with `G_id = (d_{i+1} − d_{i−1})/4` and `W_i = min(a_{i−1}, a_{i+1})` of the areas of nodes, so that `E_r ≤ ¼` on every mesh: in the form of
 //! [`scheme::double_radial`], `outward_i = W_{i+1}/16a_i`, `inward_i = W_{i−1}/16a_i`, with images about the axis.
 
+use std::ops::Range;
+
 use super::{
     Coverage, Field, Sampling, TargetEnergy,
     blocked::{
@@ -311,42 +313,85 @@ impl<L: Lane> Forces<L> {
     }
 }
 
-/// A row of cells as it is gone through.
-struct Reading<'a, L> {
-    /// Rows of nodes above and below.
-    u: [&'a [f64]; 2],
-    v: [&'a [f64]; 2],
-    columns: &'a Columns,
-    constants: Constants<L>,
+/// Neighbouring cells of a row, as many of each number.
+struct Reading<'a> {
+    /// Displacements of the nodes above and below.
+    u: [Sides<'a>; 2],
+    v: [Sides<'a>; 2],
+    spread: [&'a [f64]; 2],
+    slope: &'a [f64],
+    area: &'a [f64],
+    flow: [&'a [f64]; 2],
 }
 
-impl<L: Lane> Reading<'_, L> {
-    /// Forces of the cells from number `i` on.
+/// Displacements at the inner and at the outer sides of cells.
+type Sides<'a> = [&'a [f64]; 2];
+
+impl<'a> Reading<'a> {
+    /// * `u`, `v`: displacements above and below
     #[inline(always)]
-    fn forces(&self, zero: L, i: usize) -> Forces<L> {
-        let Columns { spread, slope, area, flow, .. } = self.columns;
+    fn new([u, v]: [[Sides<'a>; 2]; 2], columns: &'a Columns, cells: Range<usize>) -> Self {
+        let Columns { spread, slope, area, flow, .. } = columns;
+        Self {
+            u,
+            v,
+            spread: [&spread[0][cells.clone()], &spread[1][cells.clone()]],
+            slope: &slope[cells.clone()],
+            area: &area[cells.clone()],
+            flow: [&flow[0][cells.clone()], &flow[1][cells]],
+        }
+    }
+
+    /// Forces of the cells from number `i` of these on.
+    #[inline(always)]
+    fn forces<L: Lane>(&self, zero: L, constants: &Constants<L>, i: usize) -> Forces<L> {
+        let Self { u, v, spread, slope, area, flow } = self;
         let weights = Weights {
-            spread: [zero.read(&spread[0], i), zero.read(&spread[1], i)],
+            spread: [zero.read(spread[0], i), zero.read(spread[1], i)],
             slope: zero.read(slope, i),
             area: zero.read(area, i),
-            flow: [zero.read(&flow[0], i), zero.read(&flow[1], i)],
+            flow: [zero.read(flow[0], i), zero.read(flow[1], i)],
         };
-        let [u_above, u_below] = self.u;
-        let [v_above, v_below] = self.v;
-        let u = [pair(zero, u_above, i, 1.0), pair(zero, u_below, i, 1.0)];
-        let v = [pair(zero, v_above, i, -1.0), pair(zero, v_below, i, -1.0)];
-        Forces::new(u, v, &weights, &self.constants)
+        let u =
+            [[zero.read(u[0][0], i), zero.read(u[0][1], i)], [zero.read(u[1][0], i), zero.read(u[1][1], i)]];
+        let v =
+            [[zero.read(v[0][0], i), zero.read(v[0][1], i)], [zero.read(v[1][0], i), zero.read(v[1][1], i)]];
+        Forces::new(u, v, &weights, constants)
     }
 }
 
-/// Displacements at the inner and at the outer sides of cells from number `i` on.
+/// Displacements at the inner sides of the first cells of a row, the first one being an image about the axis.
 ///
-/// * `sign`: of the image about the axis
+/// * `sign`: of the image
 #[inline(always)]
-fn pair<L: Lane>(zero: L, row: &[f64], i: usize, sign: f64) -> [L; 2] {
-    let outer = zero.read(row, i);
-    let inner = if i == 0 { L::seam(zero.splat(sign * row[0]), outer).1 } else { zero.read(row, i - 1) };
-    [inner, outer]
+fn about_axis(row: &[f64], sign: f64) -> [f64; BLOCK] {
+    let mut inner = [0.0; BLOCK];
+    inner[0] = sign * row[0];
+    inner[1..].copy_from_slice(&row[..BLOCK - 1]);
+    inner
+}
+
+/// What nodes have moved by since the level before, from number `i` on.
+#[inline(always)]
+fn moved<L: Lane>(zero: L, now: &[f64], before: &[f64], i: usize) -> L {
+    zero.read(now, i) - zero.read(before, i)
+}
+
+/// Weights of nodes from number `i` on.
+#[inline(always)]
+fn radial<L: Lane>(zero: L, outward: &[f64], inward: &[f64], i: usize) -> RadialWeights<L> {
+    RadialWeights { outward: zero.read(outward, i), inward: zero.read(inward, i) }
+}
+
+/// The images of the first nodes about the axis, as the block before them; its last two numbers count.
+#[inline(always)]
+fn images<L: Lane>(zero: L, first: L, sign: f64) -> L {
+    let mut numbers = [0.0; 2 * BLOCK];
+    first.write(&mut numbers, BLOCK);
+    for image in 0..2 {
+        numbers[L::WIDTH - 1 - image] = sign * numbers[BLOCK + image];
+    }
+    zero.read(&numbers, 0)
 }
 
 /// A march down some rows of nodes, from the surface on.
@@ -357,6 +402,8 @@ struct March<'a> {
     next: &'a mut Level<2>,
     /// Number of rows.
     rows: usize,
+    /// Number of columns, a whole number of blocks.
+    columns: usize,
 }
 
 /// Row `j` of a displacement.
@@ -385,7 +432,6 @@ impl Work for March<'_> {
         let width = body.columns.node[0].len();
         // what the cells above have left against u and v
         let mut left = [vec![0.0; width], vec![0.0; width]];
-        let mut room = [vec![0.0; width + BLOCK], vec![0.0; width + BLOCK]];
         for j in 0..self.rows {
             match &body.rows[j] {
                 Some(constants) => self.cells(zero, j, constants, &mut left),
@@ -395,12 +441,12 @@ impl Work for March<'_> {
                 None => {
                     self.settle(1, j, &left[1]);
                     left[1].fill(0.0);
-                    self.damp(zero, 1, j, &mut room);
+                    self.damp(zero, 1, j);
                     continue;
                 }
             }
-            self.damp(zero, 0, j, &mut room);
-            self.damp(zero, 1, j, &mut room);
+            self.damp(zero, 0, j);
+            self.damp(zero, 1, j);
             if j > 0 && body.rows[j - 1].is_none() {
                 let shared = if body.bond_below(j - 1) == Bond::Welded { 2 } else { 1 };
                 for field in 0..shared {
@@ -419,40 +465,57 @@ impl March<'_> {
     /// * `left`: what the cells above have left; then those below for the next row
     #[inline(always)]
     fn cells<L: Lane>(&mut self, zero: L, j: usize, constants: &Constants<f64>, left: &mut [Vec<f64>; 2]) {
-        let Columns { cells, .. } = self.body.columns;
+        let (columns, width) = (&self.body.columns, self.columns);
         let node = self.body.nodes(j);
-        let reading = Reading {
-            u: [row(&self.now[0], j), row(&self.now[0], j + 1)],
-            v: [row(&self.now[1], j), row(&self.now[1], j + 1)],
-            columns: &self.body.columns,
-            constants: constants.wide(zero),
-        };
-        let (u_before, v_before) = (row(&self.before[0], j), row(&self.before[1], j));
+        let wide = constants.wide(zero);
+        let (u, u_below) = (row(&self.now[0], j), row(&self.now[0], j + 1));
+        let (v, v_below) = (row(&self.now[1], j), row(&self.now[1], j + 1));
+        let inner_u = [about_axis(u, 1.0), about_axis(u_below, 1.0)];
+        let inner_v = [about_axis(v, -1.0), about_axis(v_below, -1.0)];
+        let sides = [
+            [[&inner_u[0][..], u], [&inner_u[1][..], u_below]],
+            [[&inner_v[0][..], v], [&inner_v[1][..], v_below]],
+        ];
+        let mut inner = Reading::new(sides, columns, 0..BLOCK).forces(zero, &wide, 0);
+        // the cells at the outer sides of the nodes
+        let outside = L::WIDTH..L::WIDTH + width;
+        let inside = L::WIDTH - 1..L::WIDTH - 1 + width;
+        let sides = [
+            [
+                [&u[inside.clone()], &u[outside.clone()]],
+                [&u_below[inside.clone()], &u_below[outside.clone()]],
+            ],
+            [[&v[inside.clone()], &v[outside.clone()]], [&v_below[inside], &v_below[outside.clone()]]],
+        ];
+        let reading = Reading::new(sides, columns, outside);
+        let (u, v) = (&u[..width], &v[..width]);
+        let (u_before, v_before) = (&row(&self.before[0], j)[..width], &row(&self.before[1], j)[..width]);
         let [u_next, v_next] = self.next;
-        let (u_next, v_next) = (row_mut(u_next, j), row_mut(v_next, j));
+        let (u_next, v_next) = (&mut row_mut(u_next, j)[..width], &mut row_mut(v_next, j)[..width]);
         let [u_left, v_left] = left;
+        let (u_left, v_left) = (&mut u_left[..width], &mut v_left[..width]);
+        let (u_node, v_node) = (&node[0][..width], &node[1][..width]);
         let [u_mass, v_mass] = &self.body.masses;
         let (u_scale, v_scale) = (zero.splat(1.0 / u_mass[j]), zero.splat(1.0 / v_mass[j]));
-        let mut inner = reading.forces(zero, 0);
         let mut i = 0;
-        while i + 1 < cells {
-            let after = reading.forces(zero, i + L::WIDTH);
+        while i + L::WIDTH <= width {
+            let after = reading.forces(zero, &wide, i);
             let outer = inner.outer(&after);
             let [u_above, v_above] = Forces::above(&inner, &outer);
             let [u_below, v_below] = Forces::below(&inner, &outer);
             let (u_force, v_force) = (u_above - zero.read(u_left, i), v_above - zero.read(v_left, i));
             u_below.write(u_left, i);
             v_below.write(v_left, i);
-            let u_free = zero.read(reading.u[0], i).twice_less(zero.read(u_before, i));
-            let v_free = zero.read(reading.v[0], i).twice_less(zero.read(v_before, i));
-            u_free.add_product(u_force * u_scale, zero.read(&node[0], i)).write(u_next, i);
-            v_free.add_product(v_force * v_scale, zero.read(&node[1], i)).write(v_next, i);
+            let u_free = zero.read(u, i).twice_less(zero.read(u_before, i));
+            let v_free = zero.read(v, i).twice_less(zero.read(v_before, i));
+            u_free.add_product(u_force * u_scale, zero.read(u_node, i)).write(u_next, i);
+            v_free.add_product(v_force * v_scale, zero.read(v_node, i)).write(v_next, i);
             inner = after;
             i += L::WIDTH;
         }
         if self.body.has_hoops() {
-            let last = cells - 2;
-            let hoop = constants.rim * (reading.v[0][last] + reading.v[1][last]);
+            let last = columns.cells - 2;
+            let hoop = constants.rim * (v[last] + row(&self.now[1], j + 1)[last]);
             v_left[last] -= hoop;
             v_next[last] += hoop / v_mass[j] * node[1][last];
         }
@@ -513,44 +576,35 @@ impl March<'_> {
     }
 
     /// Damps displacement number `field` of row `j`: `u^{k+1} −= 4σ·E_r²(u^k − u^{k−1})`.
-    ///
-    /// * `room`: for a row and four nodes at either side
     #[inline(always)]
-    fn damp<L: Lane>(&mut self, zero: L, field: usize, j: usize, room: &mut [Vec<f64>; 2]) {
+    fn damp<L: Lane>(&mut self, zero: L, field: usize, j: usize) {
         let Some(weights) = &self.body.columns.damping else { return };
-        let RadialWeights { outward, inward } = &weights[field];
+        let (RadialWeights { outward, inward }, width) = (&weights[field], self.columns);
         let (now, before) = (row(&self.now[field], j), row(&self.before[field], j));
+        let next = &mut row_mut(&mut self.next[field], j)[..width];
         let sign = if field == 0 { 1.0 } else { -1.0 };
-        let [moved, once] = room;
-        let nodes = self.body.columns.cells - 1;
-        // a block at the axis for images
+        // E_r once, a block ahead of the second time, and what has moved another one
+        let mut weights = radial(zero, outward, inward, 0);
+        let mut ahead = moved(zero, now, before, L::WIDTH);
+        let first = moved(zero, now, before, 0);
+        let (_, inside) = L::wide_seam(images(zero, first, sign), first);
+        let (outside, mut moved_inside) = L::wide_seam(first, ahead);
+        let mut once = scheme::double_radial([inside, first, outside], weights);
+        let (_, mut once_inside) = L::wide_seam(images(zero, once, sign), once);
+        let (outward, inward) = (&outward[L::WIDTH..][..width], &inward[L::WIDTH..][..width]);
+        let (now, before) = (&now[2 * L::WIDTH..][..width], &before[2 * L::WIDTH..][..width]);
         let mut i = 0;
-        while i < nodes {
-            (zero.read(now, i) - zero.read(before, i)).write(moved, BLOCK + i);
-            i += L::WIDTH;
-        }
-        let next = row_mut(&mut self.next[field], j);
-        for image in 0..4 {
-            moved[BLOCK - 1 - image] = sign * moved[BLOCK + image];
-        }
-        i = 0;
-        while i < nodes {
-            let weights = RadialWeights { outward: zero.read(outward, i), inward: zero.read(inward, i) };
-            let at = BLOCK + i;
-            let values = [zero.read(moved, at - 2), zero.read(moved, at), zero.read(moved, at + 2)];
-            scheme::double_radial(values, weights).write(once, at);
-            i += L::WIDTH;
-        }
-        for image in 0..2 {
-            once[BLOCK - 1 - image] = sign * once[BLOCK + image];
-        }
-        i = 0;
-        while i < nodes {
-            let weights = RadialWeights { outward: zero.read(outward, i), inward: zero.read(inward, i) };
-            let at = BLOCK + i;
-            let values = [zero.read(once, at - 2), zero.read(once, at), zero.read(once, at + 2)];
+        while i + L::WIDTH <= width {
+            let far = moved(zero, now, before, i);
+            let (moved_outside, far_inside) = L::wide_seam(ahead, far);
+            let weights_ahead = radial(zero, outward, inward, i);
+            let once_ahead = scheme::double_radial([moved_inside, ahead, moved_outside], weights_ahead);
+            let (once_outside, ahead_inside) = L::wide_seam(once, once_ahead);
             // twice −√(4σ)·E_r of it is 4σ·E_r²
+            let values = [once_inside, once, once_outside];
             scheme::take_radial(zero.read(next, i), values, weights).write(next, i);
+            (ahead, moved_inside) = (far, far_inside);
+            (once, once_inside, weights) = (once_ahead, ahead_inside, weights_ahead);
             i += L::WIDTH;
         }
     }
@@ -684,8 +738,9 @@ impl Scheme<2> for Body {
         self.columns.node[0].len()
     }
 
-    fn advance(&self, before: &Level<2>, now: &Level<2>, next: &mut Level<2>, [rows, _]: [usize; 2]) {
-        self.instructions.run(March { body: self, before, now, next, rows });
+    fn advance(&self, before: &Level<2>, now: &Level<2>, next: &mut Level<2>, [rows, columns]: [usize; 2]) {
+        let columns = columns.next_multiple_of(BLOCK);
+        self.instructions.run(March { body: self, before, now, next, rows, columns });
     }
 
     fn compliance(&self, i: usize) -> f64 {
