@@ -343,7 +343,7 @@ pub struct Sampling {
     pub frames: FrameFields,
     /// Points and lines. Of rows that [`Coverage`] leaves out before the end they show what was there when they were left.
     pub gauges: Gauges,
-    /// Rows of which the largest strain is taken; of all where there is none.
+    /// Rows of which the largest strain is taken, in a half-space; of all and of the back where there is none.
     pub strained: Option<Dependence>,
     /// Tension of an interface from which on it is told, if tractions of interfaces are looked at \[γc_p²\].
     pub tension: Option<f64>,

@@ -543,7 +543,7 @@ fn instructions(engine: Engine) -> Instructions {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let strained = (!case.sizes.layer && case.is_tiled()).then(|| dependence(case, case.sizes.strained));
+    let strained = (!case.sizes.layer).then(|| dependence(case, case.sizes.strained));
     let shown = Sampling {
         frames: case.frame_fields(),
         gauges: striker::beside(case.gauges()),

@@ -799,7 +799,8 @@ impl Scheme<2> for Body {
             }
             if self.grid.is_above_free_back(layer.last()) {
                 for i in 0..=self.grid.nr() {
-                    let spreads = [earlier, later].map(|level| self.spread(level, layer.last(), i));
+                    let spreads =
+                        [earlier, later].map(|level| self.spread(self.sides(level, 1, layer.last(), i), i));
                     let weight = unit * self.grid.cell_area(i) * self.grid.height(layer.last());
                     energy.strain += cells::membrane_energy(spreads, weight, &medium);
                 }
@@ -827,9 +828,7 @@ impl Scheme<2> for Body {
         if self.rows[j].is_none() {
             return 0.0;
         }
-        let [u, v] = [0, 1].map(|field| {
-            [i as isize - 1, i as isize].map(|column| [j, j + 1].map(|j| self.at(now, field, j, column)))
-        });
+        let [u, v] = [0, 1].map(|field| self.corners(now, field, j, i));
         let Columns { spread, slope, hoop, .. } = &self.columns;
         let height = self.grid.height(j);
         let [spread, hoop] = [spread, hoop].map(|pair| [height * pair[0][i], height * pair[1][i]]);
@@ -843,24 +842,36 @@ impl Scheme<2> for Body {
     fn cell_stress(&self, now: &Level<2>, j: usize, i: usize) -> Option<Stress> {
         self.rows[j].as_ref()?;
         let [axial, lateral, shear, ..] = self.cell_strains(now, j, i);
-        let sum = |column: isize| self.at(now, 1, j, column) + self.at(now, 1, j + 1, column);
+        let [inner_sum, outer_sum] = self.corners(now, 1, j, i).map(|[upper, lower]| upper + lower);
         let [inner, outer] = &self.columns.hoop;
-        let hoop = 0.5 * (inner[i] * sum(i as isize - 1) + outer[i] * sum(i as isize));
+        let hoop = 0.5 * (inner[i] * inner_sum + outer[i] * outer_sum);
         Some(self.stress(j, Strain { axial, lateral, hoop, shear }))
     }
 
-    fn face_stresses(&self, now: &Level<2>, pressure: f64, i: usize) -> Option<[Stress; 2]> {
-        let surface = self.stress(0, self.strain(now, pressure, 0, i));
-        Some([surface, self.stress(self.grid.nz, self.strain_on_back(now, i))])
+    fn face_stress(&self, now: &Level<2>, pressure: f64, row: usize, i: usize) -> Option<Stress> {
+        let strain = if row == 0 { self.strain(now, pressure, 0, i) } else { self.strain_on_back(now, i) };
+        Some(self.stress(row, strain))
     }
 }
 
 impl Body {
-    /// Displacement number `field` in column `i`, which may be an image about the axis or at rest beyond the mesh.
-    fn at(&self, level: &Level<2>, field: usize, j: usize, i: isize) -> f64 {
-        let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
-        let column = scheme::image_column(i);
-        if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
+    /// Displacement number `field` in row `j` at the inner and the outer side of the cells of column `i`; one may be an image about the axis, or at rest
+    /// beyond the mesh.
+    #[inline]
+    fn sides(&self, level: &Level<2>, field: usize, j: usize, i: usize) -> [f64; 2] {
+        let row = row(&level[field], j);
+        let inner = match i {
+            0 if field == 1 => -row[0],
+            0 => row[0],
+            _ => row[i - 1],
+        };
+        [inner, if i < self.grid.nr() { row[i] } else { 0.0 }]
+    }
+
+    /// The same of the cell below row `j`: at the inner and the outer side, each above and below.
+    fn corners(&self, level: &Level<2>, field: usize, j: usize, i: usize) -> [[f64; 2]; 2] {
+        let [upper, lower] = [j, j + 1].map(|j| self.sides(level, field, j, i));
+        [[upper[0], lower[0]], [upper[1], lower[1]]]
     }
 
     /// Stress of a strain in row `j` \[γc_p²\].
@@ -884,9 +895,7 @@ impl Body {
         let constants = self.rows[j].as_ref().expect("a row of cells");
         let Columns { spread, slope, area, flow, .. } = &self.columns;
         let [inner, outer] = [i, i + 1].map(|i| {
-            let [u, v] = [0, 1].map(|field| {
-                [j, j + 1].map(|j| [i as isize - 1, i as isize].map(|i| self.at(now, field, j, i)))
-            });
+            let [u, v] = [0, 1].map(|field| [j, j + 1].map(|j| self.sides(now, field, j, i)));
             let weights = Weights {
                 spread: [spread[0][i], spread[1][i]],
                 slope: slope[i],
@@ -899,20 +908,20 @@ impl Body {
         if !self.has_hoops() || i + 1 < self.grid.nr() {
             return [normal, shear];
         }
-        let hoop = constants.rim * (self.at(now, 1, j, i as isize) + self.at(now, 1, j + 1, i as isize));
+        let hoop = constants.rim * (now[1][[j, i]] + now[1][[j + 1, i]]);
         // of a row above the node its reaction is asked for
         [normal, if j < row { shear - hoop } else { shear + hoop }]
     }
 
     /// Strains of the cell below row `j` at the inner side of column `i`.
     fn cell_strains(&self, level: &Level<2>, j: usize, i: usize) -> CellStrains {
-        let ([inner, outer], height) = ([i as isize - 1, i as isize], self.grid.height(j));
-        let by = |field: usize, i: isize| self.at(level, field, j + 1, i) - self.at(level, field, j, i);
-        let sum = |i: isize| self.at(level, 0, j + 1, i) + self.at(level, 0, j, i);
-        let (first, last) = (by(0, inner) / height, by(0, outer) / height);
-        let (upper, lower) = (self.spread(level, j, i), self.spread(level, j + 1, i));
-        let slope = self.columns.slope[i] * (sum(outer) - sum(inner));
-        let tilt = (by(1, inner) + by(1, outer)) / height;
+        let ([u, v], height) = ([0, 1].map(|field| self.corners(level, field, j, i)), self.grid.height(j));
+        let by = |[upper, lower]: [f64; 2]| lower - upper;
+        let sum = |[upper, lower]: [f64; 2]| lower + upper;
+        let (first, last) = (by(u[0]) / height, by(u[1]) / height);
+        let (upper, lower) = (self.spread([v[0][0], v[1][0]], i), self.spread([v[0][1], v[1][1]], i));
+        let slope = self.columns.slope[i] * (sum(u[1]) - sum(u[0]));
+        let tilt = (by(v[0]) + by(v[1])) / height;
         [
             0.5 * (first + last),
             0.5 * (upper + lower),
@@ -922,10 +931,12 @@ impl Body {
         ]
     }
 
-    /// v_,r + v/r in row `j` of the cell at the inner side of column `i`.
-    fn spread(&self, level: &Level<2>, j: usize, i: usize) -> f64 {
+    /// v_,r + v/r in the cell at the inner side of column `i`.
+    ///
+    /// * `v`: at its inner and its outer side
+    fn spread(&self, v: [f64; 2], i: usize) -> f64 {
         let [inner, outer] = &self.columns.spread;
-        outer[i] * self.at(level, 1, j, i as isize) - inner[i] * self.at(level, 1, j, i as isize - 1)
+        outer[i] * v[1] - inner[i] * v[0]
     }
 
     /// Mean over the cells at either side of node i, weighted by their areas.
@@ -992,8 +1003,9 @@ impl Body {
     fn strain_on_face(&self, level: &Level<2>, [pressure, shear]: [f64; 2], j: usize, i: usize) -> Strain {
         let (medium, unit) = &self.layers[self.grid.layer_of(j)];
         let hoop = self.hoop(level, j, i);
-        let lateral =
-            self.mean(i, |i| Strain { lateral: self.spread(level, j, i), ..Strain::default() }).lateral;
+        let lateral = self
+            .mean(i, |i| Strain { lateral: self.spread(self.sides(level, 1, j, i), i), ..Strain::default() })
+            .lateral;
         Strain {
             axial: -pressure / unit - medium.lame * lateral,
             lateral,

@@ -120,10 +120,10 @@ pub trait Scheme<const FIELDS: usize>: Send {
         None
     }
 
-    /// Stresses on the surface and on the backing at column `i`, likewise.
+    /// Stress on the surface, row 0, or on the backing, at column `i`, likewise.
     ///
     /// * `pressure`: on the node of the surface \[γc_p²\]
-    fn face_stresses(&self, _now: &Level<FIELDS>, _pressure: f64, _i: usize) -> Option<[Stress; 2]> {
+    fn face_stress(&self, _now: &Level<FIELDS>, _pressure: f64, _row: usize, _i: usize) -> Option<Stress> {
         None
     }
 }
@@ -197,6 +197,11 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         [self.now[field].row(j), self.before[field].row(j)]
     }
 
+    /// True if the target has a back: where a half-space is cut off there is none.
+    fn has_back(&self) -> bool {
+        self.strained.is_none()
+    }
+
     /// Records the strains of cells and on the backing at level k.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
@@ -204,6 +209,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         let level = self.level as usize;
         let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
         let Watched { rows, columns } = Watched::at(&self.grid, level, loaded, strained);
+        let backed = if self.has_back() { self.grid.nr() } else { 0 };
         let [cells, backing] = &mut self.peaks;
         for row in 0..rows.min(self.rows) {
             for column in 0..columns.min(self.columns) {
@@ -211,7 +217,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
                 *cells = cells.larger(CellPeak { strain, level, row, column });
             }
         }
-        for column in 0..self.grid.nr() {
+        for column in 0..backed {
             let strain = self.scheme.backing_strain(&self.now, column).abs();
             *backing = backing.larger(CellPeak { strain, level, row: self.grid.nz, column });
         }
@@ -232,13 +238,13 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
                 self.ratios.take(strength, &stress, self.level, || strain::middle(grid, row, column));
             }
         }
-        let faces = [0, grid.nz].map(|row| known(row).map(|strength| (row, strength)));
-        let columns = if faces == [None; 2] { 0 } else { grid.nr() };
-        for (column, pressure) in pressure.iter().enumerate().take(columns) {
-            let stresses = self.scheme.face_stresses(&self.now, *pressure, column);
-            for (face, stress) in faces.iter().zip(stresses.iter().flatten()) {
-                let Some((row, strength)) = face else { continue };
-                self.ratios.take(strength, stress, self.level, || (grid.r(column), grid.z(*row)));
+        for row in [Some(0), self.has_back().then_some(grid.nz)].into_iter().flatten() {
+            let Some(strength) = known(row) else { continue };
+            for (column, pressure) in pressure.iter().enumerate().take(grid.nr()) {
+                let Some(stress) = self.scheme.face_stress(&self.now, *pressure, row, column) else {
+                    continue;
+                };
+                self.ratios.take(strength, &stress, self.level, || (grid.r(column), grid.z(row)));
             }
         }
     }
