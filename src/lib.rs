@@ -105,7 +105,7 @@
 //! | field of frames | a variant of [`model::Field`]; the exhaustive matches fail to compile until extended: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in `tests/schemas.rs`, which writes its messages, and in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
-//! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), a variant of [`model::ModelKind`], whose matches name the rest: both engines in [`simulation`], its waves and sizes in [`case`], its fields, what [`advice::theory`] and [`advice::cost`] know of it |
+//! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases; for the fast engine a `Theory`, one file in `src/model/blocked`), a variant of [`model::ModelKind`], whose matches name the rest: both engines in [`simulation`], its waves and sizes in [`case`], its fields, what [`advice::theory`] and [`advice::cost`] know of it |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it covers cases, an arm of [`exact::closed_form::ClosedForm::for_case`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs`, and the case that it extends, if it has only its own lines |
 //!

@@ -21,14 +21,16 @@
 //! damping    lateral damping of a row
 //! cells      rows of nodes of the full theory
 //! levels     a field in memory, and the part of it that kernels get
-//! domain     levels and weights
+//! domain     levels and a theory
+//! theory     what the engine asks of a theory
+//! axial      the simplified theory, with weights by layer and column
+//! full       the full theory, likewise
 //! parts      numbers that several threads write
 //! sampler    frames and energies of a level, as tiles pass it
 //! gauge      points and lines of a level, as tiles pass it
 //! strains    largest strain of a level, as tiles pass it
 //! interface  stress and first tension at interfaces of layers
 //! joining    rows of interfaces
-//! weights    weights by layer and column
 //! tiles      time-skewed tiling behind the near-surface band
 //! workers    threads that work on the tiles
 //! state      the engine as a stream of bytes

@@ -25,12 +25,14 @@ use crate::{
     surface::Surface,
 };
 
+mod axial;
 mod cells;
 mod corner;
 mod damping;
 pub(super) mod dispatch;
 mod domain;
 mod energy;
+mod full;
 mod gauge;
 mod handover;
 mod interface;
@@ -49,32 +51,31 @@ mod strains;
 mod sync;
 #[cfg(test)]
 mod tests;
+mod theory;
 mod tiles;
 mod tiling;
-mod weights;
 mod workers;
 
+pub use axial::{Axial, Plate};
 pub use dispatch::Instructions;
-pub use weights::Plate;
+pub use full::Full;
 
 use domain::Domain;
 use gauge::Gauge;
-use kernel::FreeSurface;
-use lane::BLOCK;
 use sampler::{Sampler, SurfaceMotion};
 use strains::Strains;
+use theory::Theory;
 use tiles::{LevelTask, RowPeak};
 use tiling::Sizes;
-use weights::Weighted;
 use workers::{Ended, Workers};
 
 /// Memory of frames that are under way \[bytes\]; two may be in any case.
 const FRAMES_UNDER_WAY: usize = 64 << 20;
 
 /// A target under the fast engine.
-pub struct Engine<T> {
+pub struct Engine<T, S: Theory> {
     grid: Grid,
-    field: Workers,
+    field: Workers<S>,
     cone: LightCone,
     /// Level k of the surface.
     level: usize,
@@ -97,10 +98,8 @@ pub struct Engine<T> {
     peaks: [RowPeak; 2],
     /// Largest strain of cells so far.
     strains: Arc<Strains>,
-    /// Room for sums over z on the surface.
-    sums: Vec<f64>,
-    /// Room for both displacements of the free surface in the full theory.
-    free: [Vec<f64>; 2],
+    /// What the free surface keeps from step to step.
+    room: S::Room,
 }
 
 /// A step that has not been returned.
@@ -123,8 +122,8 @@ impl<T> Waiting<T> {
     }
 }
 
-impl<T> Engine<T> {
-    /// A target at rest.
+impl<T> Engine<T, Axial> {
+    /// A target of the simplified theory at rest.
     ///
     /// * `plates`: layers from the surface down
     /// * `corner`: the mixed-derivative correction, if there is one
@@ -138,11 +137,13 @@ impl<T> Engine<T> {
         shown: Sampling,
         instructions: Instructions,
     ) -> Self {
-        let domain = Domain::new(&grid, plates, corner, instructions);
+        let domain = Domain::axial(&grid, plates, corner, instructions);
         Self::of(grid, domain, cone, shown)
     }
+}
 
-    /// A target with cells between nodes at rest.
+impl<T> Engine<T, Full> {
+    /// A target of the full theory at rest.
     ///
     /// * `cone`: of this target
     /// * `shown`: what is shown
@@ -153,10 +154,12 @@ impl<T> Engine<T> {
         instructions: Instructions,
     ) -> Self {
         let grid = scheme.grid().clone();
-        Self::of(grid, Domain::with_cells(scheme, instructions), cone, shown)
+        Self::of(grid, Domain::full(scheme, instructions), cone, shown)
     }
+}
 
-    fn of(grid: Grid, mut domain: Domain, cone: LightCone, shown: Sampling) -> Self {
+impl<T, S: Theory> Engine<T, S> {
+    fn of(grid: Grid, mut domain: Domain<S>, cone: LightCone, shown: Sampling) -> Self {
         let Sampling { frames: shown, gauges, strained, tension, .. } = shown;
         domain.interfaces.limit = tension;
         let gauges = Arc::new(GaugePlan::new(&gauges, &grid));
@@ -181,8 +184,7 @@ impl<T> Engine<T> {
             strained,
             shown_rows,
             gauges,
-            sums: Vec::new(),
-            free: Default::default(),
+            room: S::Room::default(),
             grid,
         }
     }
@@ -195,7 +197,7 @@ impl<T> Engine<T> {
         let sampler = || {
             let surface = self.field.row(self.level - 1, 0)[..self.cone.active_columns()].to_vec();
             let shown = (&self.shown, &self.shown_rows);
-            Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, shown, surface))
+            Arc::new(Sampler::new(self.level, &self.grid, active.rows, shown, surface))
         };
         let gauge = || Arc::new(Gauge::new(self.level, &self.gauges, request.lines));
         LevelTask {
@@ -249,25 +251,16 @@ impl<T> Engine<T> {
 
     /// Records the last row that moves, if the near-surface band of `depths` depths has it and strains there.
     fn note_peak_in_band(&mut self, depths: usize) {
-        let last_row = self.field.domain().last_row();
-        if self.field.domain().last_depth() >= depths || !self.field.domain().strains_back() {
+        let domain = self.field.domain();
+        if domain.last_depth() >= depths || !domain.strains_back() {
             return;
         }
-        if let Weighted::Cells(weights) = self.field.domain().scheme() {
-            let level = self.level - 1;
-            let columns = 0..self.cone.active_columns();
-            // SAFETY: the band has the backing and so the whole layer; no pass is under way there
-            #[expect(unsafe_code, reason = "a field that threads share")]
-            let strains = unsafe { self.field.domain().backing_strains(weights, level, &columns) };
-            let start = RowPeak { level, ..RowPeak::default() };
-            let peak = (0..).zip(&strains).fold(start, |peak, (i, strain)| peak.with(*strain, level, i));
-            self.peaks[0] = self.peaks[0].larger(peak);
-        } else {
-            let row = &self.field.row(self.level, last_row)[..self.cone.active_columns()];
-            let start = RowPeak { level: self.level, ..RowPeak::default() };
-            let newest = row.iter().enumerate().fold(start, |peak, (i, u)| peak.with(*u, self.level, i));
-            self.note_peak(newest);
-        }
+        let columns = 0..self.cone.active_columns();
+        // SAFETY: the band has the back and so the whole layer; no pass is under way there
+        #[expect(unsafe_code, reason = "a field that threads share")]
+        let (level, back) = unsafe { S::back(domain, self.level, &columns) };
+        let start = RowPeak { level, ..RowPeak::default() };
+        self.note_peak((0..).zip(&back).fold(start, |peak, (i, value)| peak.with(*value, level, i)));
     }
 
     /// True if what the next step shows is complete.
@@ -283,33 +276,11 @@ impl<T> Engine<T> {
     }
 }
 
-impl<T: Send> Model<T> for Engine<T> {
+impl<T: Send, S: Theory> Model<T> for Engine<T, S> {
     fn predict(&mut self, surface: &mut Surface) {
-        let domain = self.field.domain();
         // what is beyond is at rest, and free
-        let columns = self.cone.next_columns();
-        let free = &mut surface.free[..columns];
-        match domain.scheme() {
-            Weighted::Axial(weights) => {
-                let earlier = domain.levels.two_below(self.level + 1);
-                domain.instructions.run(FreeSurface {
-                    before: self.field.row(earlier, 0),
-                    now: [0, 1].map(|j| self.field.row(self.level, j)),
-                    radial: weights.radial(0),
-                    corner: weights.corner(0).map(|corner| {
-                        (corner, [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j))))
-                    }),
-                    sums: &mut self.sums,
-                    free,
-                });
-            }
-            Weighted::Cells(weights) => {
-                let blocks = columns.next_multiple_of(BLOCK);
-                self.free.iter_mut().for_each(|free| free.resize(blocks, 0.0));
-                self.field.free_surface(self.level + 1, weights, &mut self.free);
-                free.copy_from_slice(&self.free[0][..columns]);
-            }
-        }
+        let free = &mut surface.free[..self.cone.next_columns()];
+        S::free_surface(&self.field, self.level + 1, &mut self.room, free);
         surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dt()));
     }
 
@@ -327,18 +298,16 @@ impl<T: Send> Model<T> for Engine<T> {
             sampler: task.sampler.clone(),
             gauge: task.gauge.clone(),
         });
-        let (reach, band_rows) = (self.field.domain().reach(), self.field.band_rows());
+        let (reach, band_rows) = (self.field.domain().theory.reach(), self.field.band_rows());
         // the rows below the lowest one are read
         self.field.open(task.active.rows.max(band_rows) + reach);
 
         let rows = band_rows - reach * (self.behind.len() + 1);
         let columns = self.cone.active_columns();
-        // empty with one displacement
-        self.free[1].resize(if self.free[1].is_empty() { 0 } else { task.active.columns }, 0.0);
         let motion = SurfaceMotion {
             displacement: &surface.displacement[..columns],
             free: &surface.free[..columns],
-            lateral: &self.free[1],
+            lateral: S::lateral(&mut self.room, task.active.columns),
             pressure: &surface.pressure,
         };
         self.field.advance_band(self.level, rows, &task, motion);
@@ -375,32 +344,20 @@ impl<T: Send> Model<T> for Engine<T> {
     }
 
     fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {
-        match self.field.domain().scheme() {
-            Weighted::Axial(_) => pressure.iter().map(|p| p.abs()).zip(0..).fold((0.0, 0), larger_strain),
-            Weighted::Cells(_) => {
-                let columns = (self.cone.active_columns() + 1).max(pressure.len()).min(self.grid.nr());
-                let at = |i: usize| (self.strain_at(pressure.get(i).copied().unwrap_or_default(), i), i);
-                (0..columns).map(at).fold((0.0, 0), larger_strain)
-            }
-        }
+        let columns = (self.cone.active_columns() + 1).max(pressure.len()).min(self.grid.nr());
+        let at = |i: usize| (self.strain_at(pressure.get(i).copied().unwrap_or_default(), i), i);
+        (0..columns).map(at).fold((0.0, 0), larger_strain)
     }
 
     fn strain_at(&self, pressure: f64, i: usize) -> f64 {
-        match self.field.domain().scheme() {
-            Weighted::Axial(_) => pressure.abs(),
-            Weighted::Cells(weights) => self.field.surface_strain(self.level, weights, pressure, i),
-        }
+        self.field.surface_strain(self.level, pressure, i)
     }
 
     fn strain_peak(&mut self) -> StrainPeak {
         self.catch_up();
         self.note_peak(RowPeak::default());
         let RowPeak { value, level, column } = self.peaks[0];
-        let strain = match self.field.domain().scheme() {
-            // odd image beyond the backing: ∂u/∂z = −u_{nz−1}/Δz
-            Weighted::Axial(_) => value / self.grid.layer(self.grid.nz).dz,
-            Weighted::Cells(_) => value,
-        };
+        let strain = S::back_strain(&self.grid, value);
         let backing = StrainPeak::on_backing(&self.grid, strain, level, column);
         StrainPeak::largest(&self.grid, self.strains.peak(), backing)
     }
@@ -413,11 +370,7 @@ impl<T: Send> Model<T> for Engine<T> {
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         self.catch_up();
         let rows = self.grid.rows_at(0..self.cone.active(self.level).rows.max(1)).end;
-        let fields = match self.field.domain().scheme() {
-            Weighted::Axial(_) => 1,
-            Weighted::Cells(_) => 2,
-        };
-        (0..fields).flat_map(|field| (0..rows).map(move |j| (field, j))).find_map(|(field, j)| {
+        (0..S::FIELDS).flat_map(|field| (0..rows).map(move |j| (field, j))).find_map(|(field, j)| {
             let row = &self.field.displacement(self.level, field, j)[..self.cone.active_columns()];
             let bad = row.iter().position(|u| !u.is_finite())?;
             Some((self.grid.r(bad), self.grid.z(j)))

@@ -9,7 +9,7 @@
 
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
-    blocked::{Engine, Instructions},
+    blocked::{Engine, Full, Instructions},
     cell_scheme::CellScheme,
     cells,
     cone::LightCone,
@@ -114,7 +114,7 @@ impl CellScheme {
         coverage: Coverage,
         shown: Sampling,
         instructions: Instructions,
-    ) -> Engine<T> {
+    ) -> Engine<T, Full> {
         let cone = self.cone(coverage);
         Engine::with_cells(self, cone, shown, instructions)
     }

@@ -9,7 +9,7 @@
 
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
-    blocked::{self, Engine, Instructions},
+    blocked::{self, Axial, Engine, Instructions},
     cone::LightCone,
     reference::{Level, Levels, Reference, Scheme, node_by_node},
     scheme::{self, Corner, Face, RadialWeights},
@@ -107,7 +107,7 @@ impl Rakhmatulin {
         coverage: Coverage,
         shown: Sampling,
         instructions: Instructions,
-    ) -> Engine<T> {
+    ) -> Engine<T, Axial> {
         let (plates, cone): (Vec<_>, _) =
             (self.layers.iter().map(Plate::as_parts).collect(), self.cone(coverage));
         Engine::new(self.grid, &plates, self.corner, cone, shown, instructions)

@@ -4,9 +4,8 @@
 
 use std::{ops::Range, sync::Arc};
 
-use super::{domain::Domain, interface::StressAt, parts::Parts, sampler::SurfaceMotion, weights::Weighted};
+use super::{domain::Domain, parts::Parts, sampler::SurfaceMotion, theory::Theory};
 use crate::model::{
-    Field,
     gauge::{GaugePlan, GaugeValues, PointState},
     scheme,
 };
@@ -43,7 +42,7 @@ impl Gauge {
     }
 
     /// `rows` with the backing, if the last row that moves is among them.
-    fn with_backing(domain: &Domain, rows: &Range<usize>) -> Range<usize> {
+    fn with_backing<S: Theory>(domain: &Domain<S>, rows: &Range<usize>) -> Range<usize> {
         let end = if rows.contains(&domain.last_row()) { domain.grid.nz + 1 } else { rows.end };
         rows.start..end
     }
@@ -53,9 +52,8 @@ impl Gauge {
     /// # Safety
     ///
     /// The nodes hold levels k−1 and k. No other thread writes to them meanwhile, or records these nodes.
-    pub unsafe fn before(&self, domain: &Domain, rows: &Range<usize>, columns: &Range<usize>) {
-        if matches!(domain.scheme(), Weighted::Cells(_)) {
-            // level k−1 stands until level k+2
+    pub unsafe fn before<S: Theory>(&self, domain: &Domain<S>, rows: &Range<usize>, columns: &Range<usize>) {
+        if S::KEEPS_EARLIER {
             return;
         }
         let (nodes, earlier) = (&self.plan.point_nodes, domain.levels.two_below(self.level));
@@ -77,9 +75,9 @@ impl Gauge {
     ///
     /// The nodes hold levels k and k+1, and the rows and columns around them level k. No other thread writes to them meanwhile, or
     /// records these nodes.
-    pub unsafe fn after(
+    pub unsafe fn after<S: Theory>(
         &self,
-        domain: &Domain,
+        domain: &Domain<S>,
         rows: &Range<usize>,
         columns: &Range<usize>,
         motion: Option<SurfaceMotion<'_>>,
@@ -89,14 +87,13 @@ impl Gauge {
             // SAFETY: the caller's promise
             unsafe { domain.levels.at(level, j, 0, i as isize) }
         };
-        let (earlier, is_axial) =
-            (domain.levels.two_below(self.level), matches!(domain.scheme(), Weighted::Axial(_)));
+        let earlier = domain.levels.two_below(self.level);
         let nodes = &self.plan.point_nodes;
         for (j, numbers) in nodes.within(rows.clone(), columns.clone()) {
             // SAFETY: the caller's promise; numbers of different nodes are different
             let states = unsafe { self.points.part(numbers.clone()) };
             for (state, &i) in states.iter_mut().zip(nodes.columns(&numbers)) {
-                let before = if is_axial { state.velocity } else { at(earlier, j, i) };
+                let before = if S::KEEPS_EARLIER { at(earlier, j, i) } else { state.velocity };
                 *state = PointState {
                     displacement: at(self.level - 1, j, i),
                     velocity: scheme::velocity(before, at(self.level, j, i), domain.grid.dt()),
@@ -116,29 +113,21 @@ impl Gauge {
         }
     }
 
-    /// Stress at level k at node (j, i): the pressure on the surface, the scheme's differences elsewhere.
+    /// Stress at level k at node (j, i).
     ///
     /// # Safety
     ///
     /// As [`Gauge::after`].
-    unsafe fn stress(&self, domain: &Domain, motion: Option<SurfaceMotion<'_>>, j: usize, i: usize) -> f64 {
-        let levels = &domain.levels;
-        let at = |field: usize, j: usize, i: isize| {
-            // SAFETY: the caller's promise
-            unsafe { levels.at(self.level - 1, j, field * levels.lateral(), i) }
-        };
+    unsafe fn stress<S: Theory>(
+        &self,
+        domain: &Domain<S>,
+        motion: Option<SurfaceMotion<'_>>,
+        j: usize,
+        i: usize,
+    ) -> f64 {
         let pressure = motion.filter(|_| j == 0).map(|motion| motion.pressure[i]);
-        let Weighted::Cells(weights) = domain.scheme() else {
-            let u = |j: usize| at(0, j, i as isize);
-            return pressure.unwrap_or_else(|| match domain.stress_at(j) {
-                StressAt::Row { around: [above, below], sign, impedance, dt } => {
-                    impedance * scheme::stress(u(above), sign * u(below), dt)
-                }
-                StressAt::Interface(interface) => interface.stress(interface.rows.map(u)),
-            });
-        };
-        let row = weights.scheme.at_row(j);
-        row.stress(Field::Stress, &row.strain(at, pressure.unwrap_or_default(), i))
+        // SAFETY: the caller's promise
+        unsafe { S::stress(domain, self.level - 1, [j, i], pressure) }
     }
 
     /// What has been recorded.

@@ -9,43 +9,7 @@ use std::{
 };
 
 use super::lane::BLOCK;
-use crate::model::{InterfacePeaks, Tension, TractionPeak, scheme};
-
-/// How the stress of a row of the simplified theory follows from displacements.
-pub enum StressAt {
-    /// From those of two rows, by [`scheme::stress`].
-    Row {
-        /// The rows.
-        around: [usize; 2],
-        /// Sign of the second, which is an odd image below the backing.
-        sign: f64,
-        /// Impedance of the layer \[γc_p\]: over Δt in place of Δz.
-        impedance: f64,
-        /// Δt
-        dt: f64,
-    },
-    /// From those of both layers, by [`scheme::interface_stress`].
-    Interface(InterfaceStress),
-}
-
-/// Stress at an interface of the simplified theory.
-pub struct InterfaceStress {
-    /// Rows: the last two of the layer above and the first two of the one below.
-    pub rows: [usize; 4],
-    /// Impedances of both layers \[γc_p of the struck one\].
-    pub impedances: [f64; 2],
-    /// Δt
-    pub dt: f64,
-}
-
-impl InterfaceStress {
-    /// * `u`: displacements of the rows
-    pub fn stress(&self, [a, b, c, d]: [f64; 4]) -> f64 {
-        let [upper, lower] = self.impedances;
-        let cells = [upper * (a - b) / self.dt, lower * (c - d) / self.dt];
-        scheme::interface_stress(scheme::shares(self.impedances), cells)
-    }
-}
+use crate::model::{InterfacePeaks, Tension, TractionPeak};
 
 /// Tractions of every interface, of which all threads take note: the first tension beyond a limit, and the largest.
 pub struct Interfaces {

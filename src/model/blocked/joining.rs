@@ -2,29 +2,16 @@
 
 use std::ops::Range;
 
-use super::{
-    domain::Domain,
-    energy::EnergySum,
-    interface::{InterfaceStress, StressAt, Traction},
-    weights::Weighted,
-};
-use crate::{
-    grid::{Back, Bond},
-    model::scheme,
-};
+use super::{domain::Domain, energy::EnergySum, interface::Traction, theory::Theory};
+use crate::{grid::Bond, model::scheme};
 
 /// Displacements of both rows of an interface, of each u_z and u_r if there is one.
 pub type Kept = [Vec<Vec<f64>>; 2];
 
-impl Domain {
+impl<S: Theory> Domain<S> {
     /// Rows of an interface.
     fn rows_of(&self, interface: usize) -> [usize; 2] {
         [0, 1].map(|side| self.grid.layers[interface].last() + side)
-    }
-
-    /// Number of displacements.
-    fn fields(&self) -> usize {
-        if matches!(self.scheme(), Weighted::Cells(_)) { 2 } else { 1 }
     }
 
     /// True if layers share a displacement at an interface.
@@ -42,7 +29,7 @@ impl Domain {
         let impedances = self.impedances(interface);
         let shares = scheme::shares(impedances);
         let stiffness = scheme::traction_weight(impedances, self.grid.dt());
-        for field in (0..self.fields()).filter(|field| self.shares(interface, *field)) {
+        for field in (0..S::FIELDS).filter(|field| self.shares(interface, *field)) {
             // SAFETY: the caller's promise; they are two rows
             let [upper, lower] = self
                 .rows_of(interface)
@@ -67,7 +54,7 @@ impl Domain {
             // SAFETY: the caller's promise
             let field =
                 |field: usize| unsafe { self.field(self.levels.two_below(level), row, field, &columns) };
-            (0..self.fields()).map(field).collect()
+            (0..S::FIELDS).map(field).collect()
         })
     }
 
@@ -103,7 +90,7 @@ impl Domain {
         let (rows, shares) = (self.rows_of(interface), scheme::shares(self.impedances(interface)));
         // SAFETY: the caller's promise
         let face = |row: usize, field: usize| unsafe { self.field(level, row, field, &columns) };
-        let faces = rows.map(|row| (0..self.fields()).map(|field| face(row, field)).collect::<Vec<_>>());
+        let faces = rows.map(|row| (0..S::FIELDS).map(|field| face(row, field)).collect::<Vec<_>>());
         let next = |side: usize, field: usize, place: usize| match self.shares(interface, field) {
             true => scheme::joined(shares, faces.each_ref().map(|face| face[field][place])),
             false => faces[side][field][place],
@@ -120,33 +107,9 @@ impl Domain {
         }
     }
 
-    /// How the stress of row `j` of the simplified theory, below the surface, follows from displacements.
-    pub fn stress_at(&self, j: usize) -> StressAt {
-        if let Some(interface) = self.grid.interface_of(j) {
-            let last = self.grid.layers[interface].last();
-            return StressAt::Interface(InterfaceStress {
-                rows: [last - 1, last, last + 1, last + 2],
-                impedances: self.impedances(interface),
-                dt: self.grid.dt(),
-            });
-        }
-        // below the backing stands an odd image of the row above, below the last row above a free back an even one of that row
-        let (below, sign) = match self.grid.back {
-            Back::Rigid if j == self.grid.nz => (j - 1, -1.0),
-            Back::Free if j == self.grid.nz => (j, 1.0),
-            Back::Rigid | Back::Free => (j + 1, 1.0),
-        };
-        StressAt::Row {
-            around: [j - 1, below],
-            sign,
-            impedance: self.impedance(self.grid.layer_of(j)),
-            dt: self.grid.dt(),
-        }
-    }
-
     /// Impedances of the layers above and below an interface.
     pub fn impedances(&self, interface: usize) -> [f64; 2] {
-        [interface, interface + 1].map(|layer| self.impedance(layer))
+        [interface, interface + 1].map(|layer| self.theory.impedance(layer))
     }
 
     /// Adds the energy of a displacement of a node of an interface: forces are those of its own layer.
@@ -165,37 +128,12 @@ impl Domain {
         [before, face, next]: [f64; 3],
         energy: &mut EnergySum,
     ) {
-        let (levels, column) = (&self.levels, i as isize);
+        let levels = &self.levels;
         // SAFETY: the caller's promise
-        let at = |level: usize, field: usize, j: usize, i: isize| unsafe {
-            levels.at(level, j, field * levels.lateral(), i)
+        let (area, force, now) = unsafe {
+            let (area, force) = S::face_force(self, level, [field, j, i], [before, face]);
+            (area, force, levels.at(level - 1, j, field * levels.lateral(), i as isize))
         };
-        let (earlier, now) = (levels.two_below(level), level - 1);
-        let here = at(now, field, j, column);
-        let (area, force) = match self.scheme() {
-            Weighted::Axial(weights) => {
-                let force = (face - here) - (here - before);
-                let force = weights.corner(self.grid.layer_of(j)).map_or(force, |corner| {
-                    let [a, _, _, e, _] = self.runs.around(j).unwrap_or_default();
-                    let row = |distance: isize| j.wrapping_add_signed(distance / levels.stride() as isize);
-                    let moved = |dj: isize, di: isize| {
-                        let j = match dj {
-                            0 => j,
-                            dj if dj < 0 => row(a),
-                            _ => row(e),
-                        };
-                        at(now, 0, j, column + di) - at(earlier, 0, j, column + di)
-                    };
-                    (-corner.share).mul_add(scheme::corner(moved, corner.radial.column(i)), force)
-                });
-                (weights.area[i], force)
-            }
-            Weighted::Cells(weights) => {
-                let row = weights.scheme.at_row(j);
-                let forces = row.accelerations(|field, j, i| at(now, field, j, i), i);
-                (weights.layers[self.grid.layer_of(j)].areas[field][i], forces[field])
-            }
-        };
-        energy.add_one(i, area, [before, here, next], force);
+        energy.add_one(i, area, [before, now, next], force);
     }
 }

@@ -8,16 +8,15 @@
 use std::{ops::Range, sync::Arc};
 
 use super::{
-    corner::add_corner,
     domain::Domain,
     energy::EnergySum,
-    interface::StressAt,
     parts::Parts,
-    weights::{AxialWeights, Weighted},
+    theory::{ShownRow, Theory},
 };
-use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
-
-mod section;
+use crate::{
+    grid::Grid,
+    model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy},
+};
 
 /// What the contact has settled for row 0.
 #[derive(Clone, Copy)]
@@ -75,18 +74,18 @@ impl Sampler {
     /// * `surface`: displacement of the surface at the level before, out to the last column that has moved
     pub fn new(
         level: usize,
-        domain: &Domain,
+        grid: &Grid,
         depths: usize,
         (shown, rows): (&FrameFields, &Arc<[usize]>),
         surface: Vec<f64>,
     ) -> Self {
         let FrameFields { fields, every, columns } = shown;
         let shown = |nodes: usize| nodes.min(*columns).div_ceil(*every);
-        let extent = Extent { nr: shown(domain.grid.nr()), nz: rows.len() };
+        let extent = Extent { nr: shown(grid.nr()), nz: rows.len() };
         let fields = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz)));
         Self {
             level,
-            energies: Parts::new(domain.grid.rows_at(0..depths).end),
+            energies: Parts::new(grid.rows_at(0..depths).end),
             fields: fields.collect(),
             extent,
             moved: shown(surface.len().max(1)),
@@ -129,9 +128,9 @@ impl Sampler {
     ///
     /// The nodes hold levels k−1 and k. No other thread writes to them meanwhile, or samples these rows.
     #[expect(unsafe_code, reason = "a field and a sampler that threads share")]
-    pub unsafe fn before(
+    pub unsafe fn before<S: Theory>(
         &self,
-        domain: &Domain,
+        domain: &Domain<S>,
         rows: &Range<usize>,
         columns: &Range<usize>,
         motion: Option<SurfaceMotion<'_>>,
@@ -144,18 +143,12 @@ impl Sampler {
         let earlier = domain.levels.two_below(self.level);
         if let Some(motion) = motion {
             // SAFETY: as above
-            let energy = unsafe {
-                match domain.scheme() {
-                    Weighted::Axial(weights) => self.surface_energy(domain, weights, columns, motion),
-                    Weighted::Cells(weights) => self.cell_surface_energy(domain, weights, motion),
-                }
-            };
+            let energy = unsafe { S::surface_energy(domain, self.level, columns, motion) };
             let energies = unsafe { self.energies.part(0..1) };
             energies[0] = energy;
         }
         let mut before = Vec::new();
-        if matches!(domain.scheme(), Weighted::Cells(_)) {
-            // level k−1 stands until level k+2
+        if S::KEEPS_EARLIER {
             return Before(before);
         }
         let shown = self.shown(rows, columns);
@@ -168,37 +161,6 @@ impl Sampler {
         Before(before)
     }
 
-    /// Energy of the surface: that of forces on a free surface, without damping.
-    ///
-    /// # Safety
-    ///
-    /// As [`Sampler::before`].
-    #[expect(unsafe_code, reason = "a field that threads share")]
-    unsafe fn surface_energy(
-        &self,
-        domain: &Domain,
-        weights: &AxialWeights,
-        columns: &Range<usize>,
-        SurfaceMotion { displacement, free, .. }: SurfaceMotion<'_>,
-    ) -> EnergySum {
-        // SAFETY: the caller's promise
-        let line = |level: usize, j: usize, columns: &Range<usize>| unsafe {
-            domain.levels.part(level, j, columns.clone())
-        };
-        let levels = [domain.levels.two_below(self.level), self.level - 1];
-        let mut free = free.to_vec();
-        if let Some(corner) = weights.corner(0).filter(|corner| corner.share > 0.0) {
-            let mut damped = vec![0.0; free.len()];
-            let wider = 0..free.len() + 2;
-            let rows = levels.map(|level| [0, 2].map(|j| line(level, j, &wider)));
-            add_corner(rows, 1.0, corner, &mut Vec::new(), &mut damped);
-            let undamped = |(free, damped): (&mut f64, f64)| *free = (-corner.share).mul_add(damped, *free);
-            free.iter_mut().zip(damped).for_each(undamped);
-        }
-        let [before, now] = levels.map(|level| line(level, 0, columns));
-        EnergySum::of_surface(&weights.area, [before, now, displacement], &free)
-    }
-
     /// Samples what `rows` and `columns`, whole vectors, show now that they have been advanced.
     ///
     /// * `before`: what [`Sampler::before`] has sampled of them
@@ -209,9 +171,9 @@ impl Sampler {
     /// The nodes hold levels k and k+1, and the rows above and below level k. No other thread writes to them meanwhile, or
     /// samples these rows.
     #[expect(unsafe_code, reason = "a field and a sampler that threads share")]
-    pub unsafe fn after(
+    pub unsafe fn after<S: Theory>(
         &self,
-        domain: &Domain,
+        domain: &Domain<S>,
         rows: &Range<usize>,
         columns: &Range<usize>,
         before: &Before,
@@ -221,26 +183,20 @@ impl Sampler {
         if shown.places.is_empty() {
             return;
         }
+        let nodes = |j: usize, before| ShownRow {
+            j,
+            columns: shown.columns.clone(),
+            every: self.every,
+            before,
+            pressure: motion.filter(|_| j == 0).map(|motion| motion.pressure),
+        };
         for (field, values) in &self.fields {
             for (number, &j) in shown.rows.iter().enumerate() {
+                let before = before.0.get(number * shown.places.len()..).unwrap_or_default();
                 // SAFETY: the caller's promise; places of different nodes are different
-                let row = unsafe { values.part(self.place(shown.first + number, &shown)) };
-                if let Weighted::Cells(weights) = domain.scheme() {
-                    // SAFETY: the caller's promise
-                    unsafe { self.cell_field(domain, weights, *field, j, &shown, motion, row) };
-                    continue;
-                }
-                // SAFETY: the caller's promise
                 unsafe {
-                    match field {
-                        Field::Displacement => self.displacement(domain, j, &shown, row),
-                        Field::Velocity => {
-                            let before = &before.0[number * shown.places.len()..];
-                            self.velocity(domain, j, &shown, before, row);
-                        }
-                        Field::Stress => self.stress(domain, j, &shown, motion, row),
-                        other => unreachable!("a case of this model does not show {other:?}"),
-                    }
+                    let row = values.part(self.place(shown.first + number, &shown));
+                    S::show(domain, self.level, *field, &nodes(j, before), row);
                 }
             }
             let backing = domain.grid.nz;
@@ -252,71 +208,9 @@ impl Sampler {
                 // SAFETY: the thread that has the row before the backing has the backing too
                 unsafe {
                     let row = values.part(self.place(self.rows.len() - 1, &shown));
-                    self.stress(domain, backing, &shown, None, row);
+                    S::show(domain, self.level, *field, &nodes(backing, &[]), row);
                 }
             }
-        }
-    }
-
-    /// u^k of row `j`.
-    ///
-    /// # Safety
-    ///
-    /// As [`Sampler::after`].
-    #[expect(unsafe_code, reason = "a field that threads share")]
-    unsafe fn displacement(&self, domain: &Domain, j: usize, shown: &Shown<'_>, row: &mut [f32]) {
-        // SAFETY: the caller's promise
-        let here = unsafe { domain.levels.part(self.level - 1, j, shown.columns.clone()) };
-        fill(row, self.every, |i| here[i]);
-    }
-
-    /// Velocity at level k of row `j`.
-    ///
-    /// * `before`: u^{k−1} of the shown nodes
-    ///
-    /// # Safety
-    ///
-    /// As [`Sampler::after`].
-    #[expect(unsafe_code, reason = "a field that threads share")]
-    unsafe fn velocity(&self, domain: &Domain, j: usize, shown: &Shown<'_>, before: &[f64], row: &mut [f32]) {
-        // SAFETY: the caller's promise
-        let next = unsafe { domain.levels.part(self.level, j, shown.columns.clone()) };
-        for ((value, next), before) in row.iter_mut().zip(next.iter().step_by(self.every)).zip(before) {
-            *value = scheme::velocity(*before, *next, domain.grid.dt()) as f32;
-        }
-    }
-
-    /// Stress at level k of row `j`: the pressure on the surface, the scheme's differences elsewhere.
-    ///
-    /// # Safety
-    ///
-    /// As [`Sampler::after`].
-    #[expect(unsafe_code, reason = "a field that threads share")]
-    unsafe fn stress(
-        &self,
-        domain: &Domain,
-        j: usize,
-        shown: &Shown<'_>,
-        motion: Option<SurfaceMotion<'_>>,
-        row: &mut [f32],
-    ) {
-        // SAFETY: the caller's promise
-        let line = |j: usize| unsafe { domain.levels.part(self.level - 1, j, shown.columns.clone()) };
-        match motion {
-            Some(SurfaceMotion { pressure, .. }) if j == 0 => {
-                let pressure = &pressure[shown.columns.clone()];
-                fill(row, self.every, |i| pressure[i]);
-            }
-            _ => match domain.stress_at(j) {
-                StressAt::Row { around: [above, below], sign, impedance, dt } => {
-                    let (above, below) = (line(above), line(below));
-                    fill(row, self.every, |i| impedance * scheme::stress(above[i], sign * below[i], dt));
-                }
-                StressAt::Interface(interface) => {
-                    let lines = interface.rows.map(line);
-                    fill(row, self.every, |i| interface.stress(lines.map(|line| line[i])));
-                }
-            },
         }
     }
 
@@ -332,7 +226,7 @@ impl Sampler {
     ///
     /// All nodes have reached the level of the sampler, and their sampling has happened before.
     #[expect(unsafe_code, reason = "a sampler that threads have shared")]
-    pub unsafe fn finish(&self, domain: &Domain) -> Frame {
+    pub unsafe fn finish<S: Theory>(&self, domain: &Domain<S>) -> Frame {
         let (grid, dt) = (&domain.grid, domain.grid.dt());
         let mut energy = [TargetEnergy::default(); 2];
         let mut layers = vec![energy; grid.layers.len()];
@@ -342,7 +236,7 @@ impl Sampler {
         for (j, row) in energies.into_iter().enumerate() {
             let row = row.total();
             let layer = grid.layer_of(j);
-            let mass = 0.5 * (domain.impedance(layer) * dt) * grid.cell_rows(j) / (dt * dt);
+            let mass = 0.5 * (domain.theory.impedance(layer) * dt) * grid.cell_rows(j) / (dt * dt);
             for energy in [&mut energy, &mut layers[layer]] {
                 for (energy, (kinetic, strain)) in
                     energy.iter_mut().zip(row.kinetic.into_iter().zip(row.strain))
@@ -363,16 +257,5 @@ impl Sampler {
             samples: self.fields.iter().map(sample).collect(),
             surface: self.surface.clone(),
         }
-    }
-}
-
-/// Writes every so many of some numbers, from the first on.
-///
-/// * `number`: the i-th of them
-fn fill(values: &mut [f32], every: usize, number: impl Fn(usize) -> f64) {
-    if every == 1 {
-        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i) as f32);
-    } else {
-        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i * every) as f32);
     }
 }

@@ -4,7 +4,7 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, lane::BLOCK, tiles::RowPeak};
+use super::{Engine, lane::BLOCK, theory::Theory, tiles::RowPeak};
 use crate::{
     model::{InterfacePeaks, Tension, cone::ConeState, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},
@@ -20,7 +20,7 @@ struct EngineState {
     tractions: Vec<InterfacePeaks>,
 }
 
-impl<T> Engine<T> {
+impl<T, S: Theory> Engine<T, S> {
     /// Columns that have been written to, whole blocks; never fewer than at a level before.
     fn written_columns(&self) -> usize {
         self.cone.active_columns().next_multiple_of(BLOCK).min(self.field.domain().levels.columns())

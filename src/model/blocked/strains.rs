@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use super::domain::Domain;
+use super::{domain::Domain, theory::Theory};
 use crate::model::strain::{CellPeak, Watched};
 
 /// The largest strain of cells, of which all threads take note.
@@ -30,9 +30,9 @@ impl Strains {
     ///
     /// The nodes, and a row and a column around them, hold `level`; no other thread writes to them at that level.
     #[expect(unsafe_code, reason = "a field that threads share")]
-    pub unsafe fn take(
+    pub unsafe fn take<S: Theory>(
         &self,
-        domain: &Domain,
+        domain: &Domain<S>,
         level: usize,
         rows: &Range<usize>,
         columns: &Range<usize>,
@@ -47,7 +47,7 @@ impl Strains {
         // no cell lies between the two rows of an interface
         for row in rows.filter(|j| *j < domain.grid.layer(*j).last()) {
             // SAFETY: the caller's promise
-            let largest = unsafe { domain.largest_strain(level, row, &columns) };
+            let largest = unsafe { S::largest_strain(domain, level, row, &columns) };
             if largest >= so_far.strain && largest > peak.strain {
                 // SAFETY: likewise
                 let column = unsafe { domain.column_of_strain(level, row, &columns, largest) };

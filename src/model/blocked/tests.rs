@@ -42,9 +42,9 @@ fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
 }
 
 /// An engine and the plain stepper on the same mesh; both take the number of a step with it.
-struct Twins<S, const FIELDS: usize> {
+struct Twins<E: Theory, S, const FIELDS: usize> {
     grid: Grid,
-    engine: Engine<usize>,
+    engine: Engine<usize, E>,
     reference: Reference<usize, S, FIELDS>,
     every: usize,
     columns: usize,
@@ -85,12 +85,12 @@ impl Setting {
     }
 
     /// * `models`: an engine and the plain stepper
-    fn twins<S, const FIELDS: usize>(
+    fn twins<E: Theory, S, const FIELDS: usize>(
         self,
         name: &str,
         grid: Grid,
-        (engine, reference): (Engine<usize>, Reference<usize, S, FIELDS>),
-    ) -> Twins<S, FIELDS> {
+        (engine, reference): (Engine<usize, E>, Reference<usize, S, FIELDS>),
+    ) -> Twins<E, S, FIELDS> {
         let Self { instructions, coverage, every, columns, threads } = self;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let name = format!("{name}, {coverage:?}, {instructions:?}, {threads} threads");
@@ -98,7 +98,7 @@ impl Setting {
     }
 }
 
-impl Twins<CellScheme, 2> {
+impl Twins<Full, CellScheme, 2> {
     /// A random mesh of the full theory.
     fn elastic(noise: &mut Noise, seed: u64) -> Self {
         let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.below(2)];
@@ -138,7 +138,7 @@ fn stack(noise: &mut Noise) -> Stack {
     stack
 }
 
-impl Twins<Rakhmatulin, 1> {
+impl Twins<Axial, Rakhmatulin, 1> {
     /// A random mesh.
     fn new(noise: &mut Noise, seed: u64) -> Self {
         let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.below(2)];
@@ -174,7 +174,7 @@ impl Twins<Rakhmatulin, 1> {
     }
 }
 
-impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
+impl<E: Theory, S: Scheme<FIELDS>, const FIELDS: usize> Twins<E, S, FIELDS> {
     /// Moves both surfaces alike.
     fn advance(&mut self, surface: &mut Surface, noise: &mut Noise, step: usize, request: Request) {
         let nr = self.grid.nr();
@@ -244,9 +244,9 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
 /// Moves the surface of both alike and compares them at odd steps; with them what frames show.
 ///
 /// * `fewest_steps`, `more`: number of steps, and how many numbers of steps are tried
-fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
+fn compare<E: Theory, S: Scheme<FIELDS>, const FIELDS: usize>(
     seed: u64,
-    twins: impl Fn(&mut Noise, u64) -> Twins<S, FIELDS>,
+    twins: impl Fn(&mut Noise, u64) -> Twins<E, S, FIELDS>,
     [fewest_steps, more]: [usize; 2],
 ) {
     let mut noise = Noise(seed);
@@ -321,18 +321,18 @@ fn the_engine_is_the_plain_stepper_of_the_full_theory() {
 #[test]
 fn the_engine_is_the_plain_stepper_on_layers() {
     for seed in 0..60 {
-        compare(seed, Twins::<Rakhmatulin, 1>::layered, [60, 120]);
+        compare(seed, Twins::<Axial, Rakhmatulin, 1>::layered, [60, 120]);
     }
 }
 
 #[test]
 fn the_engine_is_the_plain_stepper_of_the_full_theory_on_layers() {
     for seed in 0..30 {
-        compare(seed, Twins::<CellScheme, 2>::layered, [60, 120]);
+        compare(seed, Twins::<Full, CellScheme, 2>::layered, [60, 120]);
     }
 }
 
-fn engine(grid: &Grid, c_s: f64, coverage: Coverage, shown: FrameFields) -> Engine<()> {
+fn engine(grid: &Grid, c_s: f64, coverage: Coverage, shown: FrameFields) -> Engine<(), Axial> {
     Rakhmatulin::new(grid.clone(), c_s, None).engine(coverage, shown.into(), Instructions::detect())
 }
 
@@ -457,7 +457,7 @@ fn steps_with_gauges_wait_for_no_more_than_memory_allows() {
     let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 50, 400);
     let gauges = Gauges { points: vec![[0.0, 20.0]], ..Gauges::default() };
     let shown = Sampling { frames: nothing(), gauges, ..Sampling::default() };
-    let mut model: Engine<usize> =
+    let mut model: Engine<usize, Axial> =
         Rakhmatulin::new(grid, 0.4, None).engine(Coverage::Field, shown, Instructions::detect());
     model.most_gauges = 5;
     let mut surface = Surface::new(50);

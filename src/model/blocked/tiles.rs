@@ -4,7 +4,7 @@
 //! near-surface band of rows goes step by step, one row less each time, and the rows below follow later, many
 //! levels in one pass through memory. They are cut into tile rows and column bands; a tile is one tile row of
 //! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin (with the corner
-//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]; with cells, whose damping
+//! term, which reaches farther, by two rows and one vector: [`Theory::reach`]; with cells, whose damping
 //! reaches four columns, by one row and four columns at least: [`Domain::shift`]):
 //!
 //! ```text
@@ -38,16 +38,16 @@ use super::{
     progress::Order,
     sampler::{Sampler, SurfaceMotion},
     strains::Strains,
+    theory::Theory,
     tiling::{Sizes, Tiling},
-    weights::Weighted,
 };
 use crate::model::{cone::ActiveRegion, strain::Watched};
 
-/// Largest |u| in the row before the backing, with cells largest strain on the backing, with its level and column: where
+/// The largest of what tells the strain on the back ([`Theory::back`]), with its level and column: where
 /// there are several, the earliest and innermost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowPeak {
-    /// |u| \[R\], or strain.
+    /// By magnitude.
     pub value: f64,
     /// Level.
     pub level: usize,
@@ -90,12 +90,12 @@ impl LevelTask {
     ///
     /// # Safety
     ///
-    /// The nodes hold the two levels before, as do [`Domain::reach`] depths and a vector around them; no other thread touches the
+    /// The nodes hold the two levels before, as do [`Theory::reach`] depths and a vector around them; no other thread touches the
     /// nodes, writes to those around them or samples these rows.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
-    pub unsafe fn advance(
+    pub unsafe fn advance<S: Theory>(
         &self,
-        domain: &Domain,
+        domain: &Domain<S>,
         level: usize,
         depths: Range<usize>,
         columns: Range<usize>,
@@ -132,8 +132,8 @@ impl LevelTask {
 }
 
 /// One pass over the interior.
-pub struct Pass {
-    domain: Arc<Domain>,
+pub struct Pass<S> {
+    domain: Arc<Domain<S>>,
     /// Level of the interior.
     base: usize,
     /// Levels to do, from `base + 1` on.
@@ -144,7 +144,7 @@ pub struct Pass {
     peaks: Mutex<[RowPeak; 2]>,
 }
 
-impl Pass {
+impl<S: Theory> Pass<S> {
     /// A pass from level `base` over `tasks.len()` levels, at most `lag`, that many threads will work on.
     ///
     /// When a tile row is begun, the near-surface band must be up to date.
@@ -152,7 +152,7 @@ impl Pass {
     /// * `lag`: of the interior, the same in all passes
     /// * `earlier`: the pass before, if it may still be under way
     pub fn new(
-        domain: Arc<Domain>,
+        domain: Arc<Domain<S>>,
         base: usize,
         tasks: Vec<LevelTask>,
         (sizes, lag): (&Sizes, usize),
@@ -163,7 +163,7 @@ impl Pass {
         let rows = tasks.iter().map(|task| task.active.rows).max().unwrap_or(0);
         let columns = tasks.iter().map(|task| task.active.columns).max().unwrap_or(0);
         assert!(rows < domain.levels.rows() && columns <= domain.levels.columns());
-        let tiling = Tiling::new(sizes, lag, domain.reach(), domain.shift(), columns, threads);
+        let tiling = Tiling::new(sizes, lag, domain.theory.reach(), domain.shift(), columns, threads);
         let [tile_rows, bands] = tiling.count(rows, columns, tasks.len());
         let order = Order::new(tile_rows, bands, earlier.map(|pass| &pass.order));
         Self { domain, base, tasks, tiling, order, peaks: Mutex::default() }
@@ -209,24 +209,15 @@ impl Pass {
             unsafe {
                 task.advance(domain, self.base + t, rows, columns.clone(), None);
                 if has_last {
-                    match domain.scheme() {
-                        Weighted::Axial(_) => {
-                            let row = domain.levels.part(self.base + t, domain.last_row(), columns.clone());
-                            self.note_peak(row, t, columns.start);
-                        }
-                        // strains need neighbours, which stand at the level before
-                        Weighted::Cells(weights) => {
-                            let strains = domain.backing_strains(weights, self.base + t - 1, &columns);
-                            self.note_peak(&strains, t - 1, columns.start);
-                        }
-                    }
+                    let (level, back) = S::back(domain, self.base + t, &columns);
+                    self.note_peak(&back, level, columns.start);
                 }
             }
         }
     }
 
-    /// Records displacements or strains of the last row at level t, from column `first` on.
-    fn note_peak(&self, row: &[f64], t: usize, first: usize) {
+    /// Records what tells the strain on the back at a level, from column `first` on.
+    fn note_peak(&self, row: &[f64], level: usize, first: usize) {
         let largest = row.chunks(BLOCK).fold([0.0; BLOCK], |mut largest: [f64; BLOCK], block| {
             for (a, b) in largest.iter_mut().zip(block) {
                 *a = if b.abs() > *a { b.abs() } else { *a };
@@ -235,16 +226,16 @@ impl Pass {
         });
         let largest = largest.into_iter().fold(0.0, f64::max);
         let mut peaks = self.peaks.lock().unwrap_or_else(PoisonError::into_inner);
-        let peak = &mut peaks[usize::from(t == self.tasks.len())];
+        let peak = &mut peaks[usize::from(level == self.last_level())];
         if largest >= peak.value
             && let Some(place) = row.iter().position(|u| u.abs() == largest)
         {
-            *peak = peak.with(largest, self.base + t, first + place);
+            *peak = peak.with(largest, level, first + place);
         }
     }
 }
 
-impl TileRows for Pass {
+impl<S: Theory> TileRows for Pass<S> {
     fn order(&self) -> &Order {
         &self.order
     }

@@ -11,17 +11,17 @@ use super::{
     lane::BLOCK,
     levels::Levels,
     sampler::SurfaceMotion,
+    theory::Theory,
     tiles::{LevelTask, Pass, RowPeak},
     tiling::{Sizes, Tiling},
-    weights::CellLayers,
 };
 
 mod state;
 
 /// A field whose interior follows behind its surface.
-pub struct Workers {
-    domain: Arc<Domain>,
-    passes: HandOver<Pass>,
+pub struct Workers<S> {
+    domain: Arc<Domain<S>>,
+    passes: HandOver<Pass<S>>,
     sizes: Sizes,
     /// Levels that the interior may lag behind the surface.
     lag: usize,
@@ -38,11 +38,11 @@ pub struct Ended {
 }
 
 #[expect(unsafe_code, reason = "passes work on the field in place")]
-impl Workers {
+impl<S: Theory> Workers<S> {
     /// A field at rest.
-    pub fn new(domain: Domain, sizes: Sizes) -> Self {
+    pub fn new(domain: Domain<S>, sizes: Sizes) -> Self {
         Self {
-            lag: sizes.lag(domain.grid.depth(), domain.reach()),
+            lag: sizes.lag(domain.grid.depth(), domain.theory.reach()),
             domain: Arc::new(domain),
             passes: HandOver::new(),
             sizes,
@@ -54,11 +54,11 @@ impl Workers {
     #[cfg(test)]
     pub fn cut(&mut self, sizes: Sizes) {
         assert_eq!(self.opened, 0, "a field that has moved");
-        (self.lag, self.sizes) = (sizes.lag(self.domain.grid.depth(), self.domain.reach()), sizes);
+        (self.lag, self.sizes) = (sizes.lag(self.domain.grid.depth(), self.domain.theory.reach()), sizes);
     }
 
     /// What the field consists of.
-    pub fn domain(&self) -> &Domain {
+    pub fn domain(&self) -> &Domain<S> {
         &self.domain
     }
 
@@ -75,7 +75,7 @@ impl Workers {
 
     /// Depths of the near-surface band just after the interior has followed.
     pub fn band_rows(&self) -> usize {
-        Tiling::band_rows(self.lag, self.domain.reach())
+        Tiling::band_rows(self.lag, self.domain.theory.reach())
     }
 
     fn levels(&self) -> &Levels {
@@ -83,7 +83,7 @@ impl Workers {
     }
 
     /// Panics if a pass may be writing to row `j`.
-    fn check(&self, j: usize) {
+    pub fn check(&self, j: usize) {
         assert!(
             self.passes.is_empty() || j < self.domain.grid.rows_at(0..self.band_rows() - 1).end,
             "row {j} while the interior is being advanced"
@@ -97,24 +97,17 @@ impl Workers {
         unsafe { self.levels().part(level, j, 0..self.levels().columns() + BLOCK) }
     }
 
-    /// Both displacements of the surface at `level` if it were free of stress, see [`Domain::free_surface`].
-    pub fn free_surface(&self, level: usize, weights: &CellLayers, free: &mut [Vec<f64>; 2]) {
-        self.check(1);
-        // SAFETY: passes under way do not come up to rows 0 and 1, and no thread writes to them meanwhile
-        unsafe { self.domain.free_surface(level, weights, free) }
-    }
-
     /// Largest strain on the surface at a level in column `i`.
     ///
     /// * `pressure`: there
-    pub fn surface_strain(&self, level: usize, weights: &CellLayers, pressure: f64, i: usize) -> f64 {
+    pub fn surface_strain(&self, level: usize, pressure: f64, i: usize) -> f64 {
         self.check(0);
         let levels = self.levels();
         let at = |field: usize, j: usize, i: isize| {
             // SAFETY: as for row 0 in `row`
             unsafe { levels.at(level, j, field * levels.lateral(), i) }
         };
-        weights.scheme.at_row(0).strain(at, pressure, i).largest_on_face()
+        self.domain.theory.surface_strain(at, pressure, i)
     }
 
     /// Row `j` of a displacement at a level.

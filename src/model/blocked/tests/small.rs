@@ -61,7 +61,7 @@ fn axial(
     seed: u64,
     corner: Option<Corner>,
     coverage: Option<Coverage>,
-) -> Twins<Rakhmatulin, 1> {
+) -> Twins<Axial, Rakhmatulin, 1> {
     let mut setting = setting(noise, seed);
     let kinds = [MeshKind::Matched, MeshKind::Paper];
     let kind = if corner.is_some() { MeshKind::Matched } else { kinds[noise.below(2)] };
@@ -80,7 +80,7 @@ fn elastic_twins(
     seed: u64,
     damping: f64,
     coverage: Option<Coverage>,
-) -> Twins<CellScheme, 2> {
+) -> Twins<Full, CellScheme, 2> {
     let mut setting = setting(noise, seed);
     let grid = grid(noise, seed, MeshKind::Matched).with_cells_between_nodes();
     let fields = if cfg!(miri) { vec![Field::VelocityR, Field::Stress] } else { Field::ALL.to_vec() };
@@ -98,7 +98,7 @@ fn layers(noise: &mut Noise) -> (Stack, usize) {
 }
 
 /// Small layers with one displacement.
-fn axial_layers(noise: &mut Noise, seed: u64) -> Twins<Rakhmatulin, 1> {
+fn axial_layers(noise: &mut Noise, seed: u64) -> Twins<Axial, Rakhmatulin, 1> {
     let (setting, (stack, nr)) = (setting(noise, seed), layers(noise));
     let corner =
         Corner::new([Order::Fourth, Order::Second][seed as usize / 2 % 2], [1.0, 0.0][seed as usize % 2]);
@@ -111,7 +111,7 @@ fn axial_layers(noise: &mut Noise, seed: u64) -> Twins<Rakhmatulin, 1> {
 }
 
 /// Small layers of the full theory.
-fn elastic_layers(noise: &mut Noise, seed: u64) -> Twins<CellScheme, 2> {
+fn elastic_layers(noise: &mut Noise, seed: u64) -> Twins<Full, CellScheme, 2> {
     let (setting, (stack, nr)) = (setting(noise, seed), layers(noise));
     let (grid, theory) = stack.full(nr, 0.3);
     let shown = setting.shown(vec![Field::VelocityR, Field::Stress], gauges(noise, &grid));
@@ -164,8 +164,8 @@ fn layers_of_both_theories() {
 const LOADED: usize = 5;
 
 /// Looks at nothing but the surface of the first columns: what the engine leaves out below and beside must not be missed.
-fn compare_surface<S: Scheme<FIELDS>, const FIELDS: usize>(
-    mut twins: Twins<S, FIELDS>,
+fn compare_surface<E: Theory, S: Scheme<FIELDS>, const FIELDS: usize>(
+    mut twins: Twins<E, S, FIELDS>,
     noise: &mut Noise,
     steps: usize,
 ) {

@@ -7,18 +7,12 @@ use std::io;
 
 use super::Workers;
 use crate::{
-    model::blocked::weights::Weighted,
+    model::blocked::theory::Theory,
     state::{StateError, StateReader, StateWriter},
 };
 
 #[expect(unsafe_code, reason = "a field that no pass works on")]
-impl Workers {
-    /// Offsets of the displacements in a row.
-    fn displacements(&self) -> impl Iterator<Item = usize> + use<> {
-        let lateral = matches!(self.domain.scheme(), Weighted::Cells(_)).then(|| self.levels().lateral());
-        [0].into_iter().chain(lateral)
-    }
-
+impl<S: Theory> Workers<S> {
     /// Calls `f` on every row of every level that has been written to.
     ///
     /// * `columns`: those that have moved
@@ -30,7 +24,8 @@ impl Workers {
         assert!(self.passes.is_empty(), "passes are under way");
         for level in 0..self.levels().count() {
             for j in -1..self.opened as isize {
-                for offset in self.displacements() {
+                for field in 0..S::FIELDS {
+                    let offset = field * self.levels().lateral();
                     // SAFETY: no pass is under way, and `&mut self` excludes that a row is borrowed
                     f(unsafe { self.levels().with_images(level, j, offset, columns) })?;
                 }
