@@ -56,7 +56,8 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// * 7: and under the plain stepper the largest tractions of interfaces.
 /// * 8: the head has what sensors hold back.
 /// * 9: and under the plain stepper the largest ratios of stresses to strengths.
-const VERSION: u32 = 9;
+/// * 10: and of an indenter that gives the largest tractions of interfaces.
+const VERSION: u32 = 10;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;

@@ -7,7 +7,7 @@ use percuss_table::measures::{self, EXTENSION, Measure, Observations, RECONTACT,
 
 use crate::{
     units::Units,
-    validity::{Peak, Validity},
+    validity::{InterfacePeaks, Peak, Validity},
     view::{EventKind, View},
 };
 
@@ -17,6 +17,14 @@ pub fn units(units: Units) -> measures::Units {
     let [time, length, speed, force, energy, stress] =
         [time, length, speed, force, energy, stress].map(|unit| Some(unit.name.to_owned()));
     measures::Units { time, length, speed, force, energy, stress }
+}
+
+/// The measures of a case of which nothing is known.
+///
+/// * `interfaces`: their numbers in target and indenter
+pub fn nothing(interfaces: [usize; 2]) -> Vec<Measure> {
+    let interfaces = interfaces.map(|count| vec![Default::default(); count]);
+    Observations::default().measures(&Said { interfaces, ..Said::default() })
 }
 
 /// Measures of a run that is under way.
@@ -96,15 +104,14 @@ impl Measuring {
             ratios: [validity.yield_ratio, validity.tensile_ratio].map(placed),
             impact_velocity: Some(speed.of(validity.impact_velocity())).filter(|velocity| *velocity > 0.0),
             mesh_loss: validity.mesh_loss,
-            interfaces: validity
-                .interfaces
-                .iter()
-                .map(|peaks| {
+            interfaces: validity.interfaces.each_ref().map(|interfaces| {
+                let of = |peaks: &InterfacePeaks| {
                     let [tension, shear] =
                         [Some(peaks.tension), peaks.shear].map(|peak| traction(peak, &pressure));
                     [tension, shear, traction(peaks.ratio, &|ratio| ratio)]
-                })
-                .collect(),
+                };
+                interfaces.iter().map(of).collect()
+            }),
         })
     }
 }

@@ -49,7 +49,7 @@ pub(crate) mod writer;
 /// * 2.1: mass, force and energy of physical plane cases are those of the whole body and contact, in 2.0 of the half x ≥ 0.
 /// * 2.2: targets of several layers and with a free back: `FieldSlice.z`, `LineSlice.s`, `Energy.layer_strain`, `Energy.layer_kinetic`,
 ///   `Event.interface`; layers and back in the run record. Other recordings have nothing new.
-/// * 2.3: `impact_velocity`, `mesh_loss`, `interface.<n>.tension` and `interface.<n>.shear` in `percuss.validity`; `Energy.residual` is absent where waves are damped; the record `percuss.summary`.
+/// * 2.3: `impact_velocity`, `mesh_loss`, `interface.<n>.tension` and `interface.<n>.shear` in `percuss.validity`, in an indenter `indenter.interface.<n>.tension` and so on; `Energy.residual` is absent where waves are damped; the record `percuss.summary`.
 ///   `percuss.Sensor`. Graded meshes: `FieldSlice.r`, `InterfaceStress.r`, `LineSlice.s` along r, too; the record `percuss.mesh`.
 pub const FORMAT_VERSION: &str = "2.3";
 

@@ -24,8 +24,8 @@ use crate::{
     grid::{Bond, Grid},
     indenter::Indenter,
     model::{
-        CompletedStep, Coverage, Dependence, Instructions, Model, ModelKind, Request, Sampling, TargetEnergy,
-        Tension, TractionPeak,
+        self, CompletedStep, Coverage, Dependence, Instructions, Model, ModelKind, Request, Sampling,
+        TargetEnergy, Tension, TractionPeak,
         body::Body,
         elastic,
         rakhmatulin::Rakhmatulin,
@@ -98,8 +98,8 @@ pub struct Simulation {
     validity: Validity,
     /// e² = (V/V0)² while the indenter moves back and nothing touches it.
     rebound: Option<f64>,
-    /// True for interfaces that bear shear.
-    sheared: Vec<bool>,
+    /// True if welded interfaces bear shear.
+    has_shear: bool,
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
     /// Radii of the nodes of a graded mesh \[R\].
@@ -175,7 +175,7 @@ impl Simulation {
             Some(load) => Contact::loaded(load, case.shape(), &grid),
             None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed),
         };
-        let contact = contact.limited_to(striker.as_ref().map_or(usize::MAX, Striker::columns));
+        let contact = contact.limited_to(striker.as_ref().map_or(usize::MAX, |striker| striker.grid().nr()));
         Self {
             surface: Surface::new(grid.nr()),
             watch: Watch::new(grid.dr / wave_speed, rule, case.units(), contact.turn()),
@@ -188,12 +188,7 @@ impl Simulation {
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head.is_flat() && case.load.is_none()),
             rebound: None,
-            sheared: grid
-                .layers
-                .iter()
-                .skip(1)
-                .map(|below| case.model == ModelKind::Elastic && below.bond == Bond::Welded)
-                .collect(),
+            has_shear: case.model == ModelKind::Elastic,
             probes: case.record.probes.clone(),
             radii: grid.radii(),
             indenter,
@@ -347,13 +342,10 @@ impl Simulation {
     fn show(&mut self, completed: CompletedStep<Step>) -> Result<View<'static>, SimulationError> {
         let CompletedStep { step, mut frame, mut gauges, tensions, failures } = completed;
         let Step { mut view, balances, striker: shown } = step;
-        let mut events: Vec<Event> =
-            tensions.iter().map(|tension| self.tension(view.time, tension)).collect();
-        events.extend(failures.iter().map(|failure| self.failure(view.time, "target", failure)));
+        let mut events = self.noted(view.time, "target", &tensions, &failures);
         let mut striker = None;
         if let (Some(body), Some((shown, flight))) = (&self.striker, shown) {
-            let above = shown.failures.iter().map(|failure| self.failure(view.time, "indenter", failure));
-            events.extend(above);
+            events.extend(self.noted(view.time, "indenter", &shown.tensions, &shown.failures));
             gauges = Some(body.join_gauges(gauges, shown.gauges, flight));
             if let (Some(target), Some(above)) = (frame, shown.frame) {
                 striker = Some(above.energy);
@@ -377,14 +369,23 @@ impl Simulation {
         Ok(View { frame: Some(Frame { energy, fields: Arc::new(fields) }), ..view })
     }
 
+    /// First tensions of interfaces and strengths that are passed as events.
+    ///
+    /// * `body`: target or indenter
+    fn noted(&self, time: f64, body: &str, tensions: &[Tension], failures: &[Failure]) -> Vec<Event> {
+        let tensions = tensions.iter().map(|tension| self.tension(time, body, tension));
+        tensions.chain(failures.iter().map(|failure| self.failure(time, body, failure))).collect()
+    }
+
     /// The first tension at an interface as an event.
-    fn tension(&self, time: f64, tension: &Tension) -> Event {
+    fn tension(&self, time: f64, body: &str, tension: &Tension) -> Event {
+        // nodes of both bodies stand on the same radii
         let r = self.grid.r(tension.column);
         let [place, at] = [self.units.length.text(r), self.units.time.text(time)];
-        let (number, stress) = (tension.interface as u32 + 1, self.units.stress.text(-tension.stress));
-        let text =
-            format!("tension: interface {number} is first in tension at r = {place}, t = {at}, by {stress}");
-        Event { kind: EventKind::LayerTension, text, r: Some(r), since: None, interface: Some(number) }
+        let (name, interface) = interface(body, tension.interface);
+        let stress = self.units.stress.text(-tension.stress);
+        let text = format!("tension: {name} is first in tension at r = {place}, t = {at}, by {stress}");
+        Event { kind: EventKind::LayerTension, text, r: Some(r), since: None, interface }
     }
 
     /// A strength that is passed as an event.
@@ -395,19 +396,18 @@ impl Simulation {
         let depth = if body == "target" { z } else { -z };
         let [place, depth] = [r, depth].map(|x| self.units.length.text(x));
         let at = self.units.time.text(time);
-        let number = interface.map(|interface| interface as u32 + 1);
-        let (kind, what) = match (criterion, number) {
-            (Criterion::Bond, Some(number)) => (
-                EventKind::Bond,
-                format!("bond: interface {number} is first beyond the strength of its bond"),
-            ),
+        let interface = interface.map(|number| self::interface(body, number));
+        let (kind, what) = match (criterion, &interface) {
+            (Criterion::Bond, Some((name, _))) => {
+                (EventKind::Bond, format!("bond: {name} is first beyond the strength of its bond"))
+            }
             (Criterion::Tensile, _) => {
                 (EventKind::Tensile, format!("tensile: the {body} is first beyond its tensile strength"))
             }
             _ => (EventKind::Yield, format!("yield: the {body} is first beyond its yield strength")),
         };
         let text = format!("{what} at r = {place}, z = {depth}, t = {at}, by a factor of {ratio:.3}");
-        Event { kind, text, r: Some(r), since: None, interface: number }
+        Event { kind, text, r: Some(r), since: None, interface: interface.and_then(|(_, number)| number) }
     }
 
     /// How the run has ended; `None` while it has not.
@@ -442,31 +442,27 @@ impl Simulation {
         };
         validity.yield_ratio = larger(yielding, above.yielding);
         validity.tensile_ratio = larger(tensile, above.tensile);
-        let mut bonds = bonds.into_iter();
-        let peaks = self.model.interface_peaks();
-        validity.interfaces = peaks
-            .iter()
-            .zip(&self.grid.layers)
-            .zip(&self.sheared)
-            .map(|((peaks, layer), sheared)| {
-                let peak = |peak: TractionPeak| {
-                    let TractionPeak { stress: value, level, column } = peak;
-                    let time = level as f64 * self.grid.dt();
-                    Peak {
-                        value,
-                        step: level as u64,
-                        time,
-                        r: self.grid.r(column),
-                        z: self.grid.bottom(layer),
-                    }
+        // depths of the indenter are upwards
+        let interfaces = |grid: &Grid, sign: f64, peaks: Vec<_>, bonds: Vec<Option<RatioPeak>>| {
+            let of = |(number, model::InterfacePeaks { tension, shear }): (usize, _)| {
+                let peak = |TractionPeak { stress: value, level, column }| {
+                    let [r, z] = [grid.r(column), sign * grid.bottom(&grid.layers[number])];
+                    Peak { value, step: level as u64, time: level as f64 * grid.dt(), r, z }
                 };
+                let is_sheared = self.has_shear && grid.layers[number + 1].bond == Bond::Welded;
                 InterfacePeaks {
-                    tension: peak(peaks.tension),
-                    shear: sheared.then(|| peak(peaks.shear)),
-                    ratio: bonds.next().flatten().map(ratio),
+                    tension: peak(tension),
+                    shear: is_sheared.then(|| peak(shear)),
+                    ratio: bonds.get(number).copied().flatten().map(ratio),
                 }
-            })
-            .collect();
+            };
+            peaks.into_iter().enumerate().map(of).collect()
+        };
+        validity.interfaces[0] = interfaces(&self.grid, 1.0, self.model.interface_peaks(), bonds);
+        if let Some(striker) = &mut self.striker {
+            let peaks = striker.interface_peaks();
+            validity.interfaces[1] = interfaces(striker.grid(), -1.0, peaks, above.bonds);
+        }
         validity
     }
 
@@ -515,6 +511,18 @@ impl Simulation {
             return Some(Ending::Stopped(text));
         }
         (step == self.steps).then_some(Ending::Completed)
+    }
+}
+
+/// An interface in words, and its number in events: those of the indenter have none, as it would be that of another in the target.
+///
+/// * `body`: target or indenter
+/// * `above`: number of the layer above, of the indenter that below
+fn interface(body: &str, above: usize) -> (String, Option<u32>) {
+    let number = above as u32 + 1;
+    match body {
+        "target" => (format!("interface {number}"), Some(number)),
+        _ => (format!("interface {number} of the {body}"), None),
     }
 }
 
@@ -701,7 +709,7 @@ mod tests {
         };
         for (model, tolerance) in [("rakhmatulin", 0.01), ("elastic", 0.03)] {
             let (peaks, lowest, events) = of(model, &[], Engine::Blocked);
-            let InterfacePeaks { tension, shear, .. } = peaks[0];
+            let InterfacePeaks { tension, shear, .. } = peaks[0][0];
             let least = lowest.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("steps");
             assert!((tension.value / -least.1.1 - 1.0).abs() < tolerance, "{model}: {tension:?} {least:?}");
             assert!(

@@ -70,8 +70,8 @@ pub struct Validity {
     pub rebound: Option<f64>,
     /// Energy that nodes lost which came into contact, as a share of ½M·V0²: a loss of the mesh, which falls with the size of cells.
     pub mesh_loss: Option<f64>,
-    /// Largest tractions of the interfaces of layers, from the struck surface down.
-    pub interfaces: Vec<InterfacePeaks>,
+    /// Largest tractions of the interfaces of layers, of the target from the struck surface down, and of an indenter that gives from the nose up.
+    pub interfaces: [Vec<InterfacePeaks>; 2],
     /// Largest ratio of the stress of von Mises to the yield strength, in target and indenter; `None` likewise.
     pub yield_ratio: Option<Peak>,
     /// Largest ratio of the first principal stress to the tensile strength, likewise.
@@ -219,7 +219,7 @@ mod tests {
         assert!((tension.value / largest - 1.0).abs() < FIELD_TOLERANCE, "{tension:?} {largest}");
         assert_eq!(validity.yield_ratio, None);
         // tension and shear are the largest at different places
-        let InterfacePeaks { tension, shear, ratio } = validity.interfaces[0];
+        let InterfacePeaks { tension, shear, ratio } = validity.interfaces[0][0];
         let [normal, slip] = strength.bond.expect("of the bond");
         let (ratio, parts) =
             (ratio.expect("a ratio").value, [tension.value / normal, shear.expect("welded").value / slip]);
@@ -228,7 +228,7 @@ mod tests {
         // the plain stepper of equal cells compares nothing
         let uniform = Case::sound(text, &["mesh.cells=20", "record.frames=0", "run.end_time=\"0.1 us\""]);
         let validity = session::run(&mut Simulation::reference(&uniform), &mut []).expect("a run").validity;
-        assert_eq!((validity.tensile_ratio, validity.interfaces[0].ratio), (None, None));
+        assert_eq!((validity.tensile_ratio, validity.interfaces[0][0].ratio), (None, None));
     }
 
     #[test]

@@ -48,7 +48,7 @@ impl Limit {
             Self::Yield => validity.yield_ratio,
             Self::Tensile => validity.tensile_ratio,
             Self::Bond => {
-                let ratios = validity.interfaces.iter().filter_map(|peaks| peaks.ratio);
+                let ratios = validity.interfaces.iter().flatten().filter_map(|peaks| peaks.ratio);
                 ratios.reduce(|a, b| if b.value > a.value { b } else { a })
             }
         };
@@ -113,7 +113,7 @@ pub enum SearchError {
     },
     /// The limit is not measured.
     #[error(
-        "no run of this case compares {} with what it bears: strengths are those of materials (yield_strength, tensile_strength) and of bonds (target.layer.bond_strength) of a physical case, and compared on graded meshes; give them, and mesh.contact_cells",
+        "no run of this case compares {} with what it bears: strengths are those of materials (yield_strength, tensile_strength) and of bonds (bond_strength of a layer) of a physical case, and compared on graded meshes; give them, and mesh.contact_cells",
         .0.subject()
     )]
     Unknown(Limit),

@@ -555,7 +555,7 @@ pub(super) const SECTIONS: [Section; 7] = [
                  the largest contact radius, estimated from V0·`end_time`, of a ball of finite mass from Hertz",
             ),
             key("layer_tension", Kind::Quantity(Stress, SIZE)).left_out("derived").means(
-                "of targets of layers: tension of an interface from which on it is an event, `LAYER_TENSION`; by default a \
+                "of targets and indenters of layers: tension of an interface from which on it is an event, `LAYER_TENSION`; by default a \
                  hundredth of Z·V0 of the struck layer. The largest tension and shear of every interface are recorded \
                  whatever it is",
             ),

@@ -588,6 +588,14 @@ pub struct Sizes {
     pub striker: Option<BodySizes>,
 }
 
+impl Sizes {
+    /// Numbers of interfaces in the target, and in an indenter that gives.
+    pub fn interfaces(&self) -> [usize; 2] {
+        let striker = self.striker.as_ref().map_or(0, |striker| striker.layers.len());
+        [self.layers.len(), striker].map(|layers| layers.saturating_sub(1))
+    }
+}
+
 /// Sizes of the mesh of an indenter that gives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodySizes {

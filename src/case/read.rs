@@ -182,7 +182,8 @@ fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option
 /// * `target`: a sound one
 /// * `indenter`: likewise
 fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
-    if values.is_given("record.layer_tension") && target.is_some_and(|target| target.layers.len() < 2) {
+    let is_single = target.is_some_and(|target| target.layers.len() < 2);
+    if values.is_given("record.layer_tension") && is_single && values.striker_layers.unwrap_or(1) < 2 {
         let message = "`record.layer_tension` is of the interfaces of several layers, and the target has one";
         values.problem("record.layer_tension", message, "leave it out, or give target.layer");
     }

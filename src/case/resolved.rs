@@ -99,7 +99,7 @@ impl Parameters {
                 ("target.rim", _) if self.target.radius.is_none() => None,
                 ("run.bounces", _) if self.run.bounces == 1 => None,
                 ("target.layer.1.bond" | "indenter.body.layer.1.bond", _) => None,
-                ("record.layer_tension", _) if self.sizes.layers.len() < 2 => None,
+                ("record.layer_tension", _) if self.sizes.interfaces() == [0; 2] => None,
                 ("record.points" | "record.lines", Some((Value::Array(list), _))) if list.is_empty() => None,
                 (_, value) => value.map(|(value, row)| Part::Value(written(value, &row.kind, &system))),
             };

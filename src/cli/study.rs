@@ -7,7 +7,6 @@ use std::{
 
 use clap::Args;
 use percuss_output::{OutputError, text::printable};
-use percuss_table::measures::{Observations, Said};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -18,6 +17,7 @@ use super::{
 use crate::{
     advice::{Finding, codes},
     case::Case,
+    measuring,
     study::{Plan, Study, default_measures, on_meshes, study},
     units::{Dimension, Units},
 };
@@ -286,7 +286,5 @@ fn table(case: &Case, study: &Study) -> String {
 }
 /// Names of all that is measured of a case, in the order of the columns.
 pub(super) fn names(case: &Case) -> Vec<String> {
-    let interfaces = vec![Default::default(); case.sizes.layers.len() - 1];
-    let measures = Observations::default().measures(&Said { interfaces, ..Said::default() });
-    measures.into_iter().map(|measure| measure.name.into_owned()).collect()
+    measuring::nothing(case.sizes.interfaces()).into_iter().map(|measure| measure.name.into_owned()).collect()
 }

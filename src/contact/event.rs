@@ -29,7 +29,7 @@ pub enum EventKind {
     Separation,
     /// Contact begins again after a separation.
     Recontact,
-    /// Layers of the target first pull at each other.
+    /// Layers of target or indenter first pull at each other.
     LayerTension,
     /// The stress of von Mises first passes the yield strength.
     Yield,
@@ -54,7 +54,7 @@ pub struct Event {
     pub r: Option<f64>,
     /// Time at which contact was lost, of a separation, or turned back, of an extension: both are reported later \[R/c_p\].
     pub since: Option<f64>,
-    /// Number of the interface between layers, from 1 on, of a tension there and of the strength of its bond.
+    /// Number of the interface between layers of the target, from 1 on, of a tension there and of the strength of its bond.
     pub interface: Option<u32>,
 }
 

@@ -10,7 +10,7 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use percuss_table::measures::{Measure, Observations, RATIOS};
+use percuss_table::measures::{BODIES, Measure, Observations, RATIOS};
 use serde::{Deserialize, Serialize};
 
 use super::{Flow, Observer, RunError, Status};
@@ -243,13 +243,16 @@ impl Recording {
                 peak(name, ratio, ratio.value);
             }
         }
-        for (number, InterfacePeaks { tension, shear, ratio }) in (1..).zip(&validity.interfaces) {
-            peak(&format!("interface.{number}.tension"), tension, stress.of(tension.value));
-            if let Some(shear) = shear {
-                peak(&format!("interface.{number}.shear"), shear, stress.of(shear.value));
-            }
-            if let Some(ratio) = ratio {
-                peak(&format!("interface.{number}.ratio"), ratio, ratio.value);
+        for (body, interfaces) in BODIES.into_iter().zip(&validity.interfaces) {
+            for (number, InterfacePeaks { tension, shear, ratio }) in (1..).zip(interfaces) {
+                let name = format!("{body}interface.{number}");
+                peak(&format!("{name}.tension"), tension, stress.of(tension.value));
+                if let Some(shear) = shear {
+                    peak(&format!("{name}.shear"), shear, stress.of(shear.value));
+                }
+                if let Some(ratio) = ratio {
+                    peak(&format!("{name}.ratio"), ratio, ratio.value);
+                }
             }
         }
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());

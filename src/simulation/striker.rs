@@ -17,8 +17,8 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, Line, Model, PointState,
-        Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
+        CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, InterfacePeaks, Line, Model,
+        PointState, Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
         strength::RatioPeaks,
     },
     state::{StateError, StateReader, StateWriter},
@@ -55,6 +55,7 @@ impl Striker {
         let sampling = Sampling {
             frames: case.frame_fields(),
             gauges: inside,
+            tension: Some(case.record.layer_tension),
             strengths: case.strengths(&parts.body),
             ..Sampling::default()
         };
@@ -76,9 +77,9 @@ impl Striker {
         self.mass
     }
 
-    /// Number of its columns.
-    pub fn columns(&self) -> usize {
-        self.grid.nr()
+    /// Its mesh, z upwards.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
     }
 
     /// A step of contact.
@@ -196,8 +197,15 @@ impl Striker {
     /// Largest ratios of stresses to strengths.
     pub fn strength_peaks(&self) -> RatioPeaks {
         let mut peaks = self.model.strength_peaks();
-        peaks.yielding.iter_mut().chain(&mut peaks.tensile).for_each(|peak| peak.z = -peak.z);
+        let RatioPeaks { yielding, tensile, bonds } = &mut peaks;
+        let all = yielding.iter_mut().chain(tensile).chain(bonds.iter_mut().flatten());
+        all.for_each(|peak| peak.z = -peak.z);
         peaks
+    }
+
+    /// Largest tractions of interfaces, from the nose up.
+    pub fn interface_peaks(&mut self) -> Vec<InterfacePeaks> {
+        self.model.interface_peaks()
     }
 
     /// Largest strain of the lower face at a level, and its column.

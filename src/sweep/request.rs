@@ -46,7 +46,7 @@ impl FromStr for Keep {
             None if text == "none" => Ok(Self::None),
             Some(("worst", measure)) if measure::is_name(measure) => Ok(Self::Worst(measure.into())),
             Some(("worst", measure)) => {
-                Err(format!("`{measure}` is no measure; known: {}", measure::names(1).join(", ")))
+                Err(format!("`{measure}` is no measure; known: {}", measure::names([1; 2]).join(", ")))
             }
             _ => Err(format!("`{text}` is not possible: all, none or worst:MEASURE")),
         }

@@ -1,16 +1,19 @@
 //! The summary of a sweep: a row for every case that is done.
 
-use std::{io, iter::repeat};
+use std::io;
 
 use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 
 use super::{
     journal::{Done, Entry},
-    measure::nothing,
     plan::Plan,
     spec::number,
 };
-use crate::{case::quantity_si, geometry::Geometry, measuring};
+use crate::{
+    case::quantity_si,
+    geometry::Geometry,
+    measuring::{self, nothing},
+};
 
 /// Writes the rows of some cases, by their numbers; those that are not done have none.
 ///
@@ -24,21 +27,19 @@ pub fn write(
     sink: &mut dyn Sink,
 ) -> io::Result<()> {
     let interfaces = interfaces(plan, done);
-    let measures = nothing(interfaces);
-    let count = measures.len();
-    let headings = headings(plan, measures);
+    let headings = headings(plan, nothing(interfaces));
     sink.begin(&headings)?;
     numbers.try_for_each(|number| {
         let entry = done.entries.get(&plan.cases[number - 1].digest);
-        entry.map_or(Ok(()), |entry| sink.row(&row(plan, (&headings, count), number, entry)))
+        entry.map_or(Ok(()), |entry| sink.row(&row(plan, (&headings, interfaces), number, entry)))
     })?;
     sink.end()
 }
 
-/// Most interfaces of layers that a case of a sweep has.
-fn interfaces(plan: &Plan, done: &Done) -> usize {
-    let first = plan.first.sizes.layers.len() - 1;
-    done.entries.values().map(|entry| entry.measures.interfaces()).fold(first, usize::max)
+/// Most interfaces of layers that target and indenter of a case of a sweep have.
+fn interfaces(plan: &Plan, done: &Done) -> [usize; 2] {
+    let all = done.entries.values().map(|entry| entry.measures.interfaces());
+    all.fold(plan.first.sizes.interfaces(), |most, these| [0, 1].map(|body| most[body].max(these[body])))
 }
 
 /// The columns of a summary: number of the case, what varies, how it ended, what was measured, what it is warned of.
@@ -58,7 +59,12 @@ fn headings(plan: &Plan, measures: Vec<Measure>) -> Vec<Heading> {
 }
 
 /// The row of a case in a summary.
-fn row(plan: &Plan, (headings, measures): (&[Heading], usize), number: usize, entry: &Entry) -> Vec<Cell> {
+fn row(
+    plan: &Plan,
+    (headings, interfaces): (&[Heading], [usize; 2]),
+    number: usize,
+    entry: &Entry,
+) -> Vec<Cell> {
     let geometry = plan.first.geometry;
     let varied = plan.values(number).zip(&headings[1..]).map(|(value, heading)| match heading.kind {
         CellType::Double => {
@@ -66,8 +72,7 @@ fn row(plan: &Plan, (headings, measures): (&[Heading], usize), number: usize, en
         }
         _ => Cell::Text(value.trim_matches('"').to_owned()),
     });
-    let known = entry.measures.values().map(|value| value.map_or(Cell::Empty, Cell::Double));
-    let measured = known.chain(repeat(Cell::Empty)).take(measures);
+    let measured = entry.measures.values(interfaces).map(|value| value.map_or(Cell::Empty, Cell::Double));
     let start = [Cell::UInt(number as u64)].into_iter();
     let warnings = if entry.warnings.is_empty() { Cell::Empty } else { Cell::Text(entry.warnings.join(";")) };
     start

@@ -15,7 +15,8 @@ use percuss::{
     grid::Back,
     session,
     simulation::Simulation,
-    view::{Energy, View},
+    validity::InterfacePeaks,
+    view::{Energy, Event, EventKind, View},
 };
 
 use super::run;
@@ -153,6 +154,45 @@ fn guided_rods_collide_as_rays_say() {
         }
         println!("{back}: {largest:e} of γc_pV0 in {seen} steps, contact until {end:.3}");
         assert!(largest < 1e-12 && seen > 30, "{back}: {largest:e} in {seen} steps");
+    }
+}
+
+/// Two equal bodies of two layers that collide: interfaces of both have the same tension and shear at the same places and times, and meet the
+/// strengths of their bonds together.
+#[test]
+fn interfaces_of_mirror_images_bear_the_same() {
+    let layers = "layer = [{ thickness = \"2 mm\", material = \"aluminium\" }, { thickness = \"3 mm\", material = \"steel\", \
+                  bond_strength = { normal = \"5 MPa\", shear = \"2 MPa\" } }]";
+    let text = format!(
+        "model = \"elastic\"\n[target]\nradius = \"5 mm\"\nback = \"free\"\n{layers}\n[indenter]\nshape = \"flat\"\nradius = \"5 mm\"\n\
+         [indenter.body]\n{layers}\n[impact]\nvelocity = \"1 m/s\"\n[mesh]\ncontact_cells = 12\n[run]\nend_time = \"6 us\"\n\
+         [record]\nframes = 0\n"
+    );
+    let case = sound(&text, &[]);
+    let mut events = Vec::new();
+    let mut look = |view: &View<'_>| {
+        let of_layers = |event: &&Event| [EventKind::LayerTension, EventKind::Bond].contains(&event.kind);
+        let seen = view.events.iter().filter(of_layers);
+        events
+            .extend(seen.map(|event| (event.kind, view.step, event.r, event.interface, event.text.clone())));
+    };
+    let validity = session::run(&mut Simulation::new(&case), &mut [&mut look]).expect("a run").validity;
+    let [[below], [above]] = validity.interfaces.each_ref().map(|peaks| &peaks[..]) else {
+        panic!("one each")
+    };
+    let peaks =
+        |of: &InterfacePeaks| [Some(of.tension), of.shear, of.ratio].map(|peak| peak.expect("a peak"));
+    for (below, above) in peaks(below).into_iter().zip(peaks(above)) {
+        println!("{below:?} {above:?}");
+        assert!(below.value > 0.0 && (above.value / below.value - 1.0).abs() < 1e-9, "{below:?} {above:?}");
+        assert_eq!((below.step, below.time, below.r, below.z), (above.step, above.time, above.r, -above.z));
+    }
+    assert!(peaks(below)[2].value > 1.0, "{below:?}");
+    for kind in [EventKind::LayerTension, EventKind::Bond] {
+        let of: Vec<_> = events.iter().filter(|event| event.0 == kind).collect();
+        let [below, above] = of[..] else { panic!("{of:?}") };
+        assert_eq!((below.1, below.2, below.3, above.3), (above.1, above.2, Some(1), None));
+        assert!(above.4.contains("interface 1 of the indenter is first"), "{above:?}");
     }
 }
 

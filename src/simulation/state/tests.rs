@@ -179,6 +179,17 @@ fn a_physical_run_that_stops_by_itself_goes_on_bit_for_bit() {
     let lines = "record.lines=[{ r = \"0 mm\" }, { z = \"-1 mm\" }]";
     let disc = case("disc", &["mesh.contact_cells=8", "run.end_time=\"12 us\"", points, lines]);
     compare(&disc, Engine::Blocked, Then::Load);
+    let layers = "indenter.body.layer=[{ thickness = \"2 mm\", material = \"aluminium\" }, { thickness = \"3 mm\", \
+                  material = \"steel\", bond_strength = { normal = \"5 MPa\", shear = \"2 MPa\" } }]";
+    let short = [
+        "mesh.contact_cells=16",
+        "target.thickness=\"4 mm\"",
+        "run.end_time=\"8 us\"",
+        "record.points=[]",
+        "record.lines=[]",
+        layers,
+    ];
+    compare(&case("bar", &short), Engine::Blocked, Then::Load);
 }
 
 #[test]

@@ -23,6 +23,9 @@ pub const TRACTIONS: [&str; 3] = ["tension", "shear", RATIO];
 /// The last of them.
 pub const RATIO: &str = "ratio";
 
+/// What the names of interfaces begin with: of those of the target, and of an indenter that gives.
+pub const BODIES: [&str; 2] = ["", "indenter."];
+
 /// Ratios of stresses to strengths: of von Mises to the yield strength, and of the first principal stress to the tensile strength.
 pub const RATIOS: [&str; 2] = ["yield_ratio", "tensile_ratio"];
 
@@ -138,8 +141,8 @@ pub struct Said {
     pub ratios: [[Option<f64>; 4]; 2],
     /// V0 of the impact, if it is said; else it is the first velocity.
     pub impact_velocity: Option<f64>,
-    /// The largest of [`TRACTIONS`] of the interfaces of layers, from the struck surface down, each with radius and time.
-    pub interfaces: Vec<[[Option<f64>; 3]; 3]>,
+    /// The largest of [`TRACTIONS`] of the interfaces of layers, each with radius and time: of [`BODIES`], from where they meet on.
+    pub interfaces: [Vec<[[Option<f64>; 3]; 3]>; 2],
     /// Energy lost by the mesh, as a share of ½M·V0².
     pub mesh_loss: Option<f64>,
 }
@@ -234,12 +237,15 @@ impl Observations {
                 value: *value,
             })
         });
-        let interfaces = (1..).zip(interfaces).flat_map(|(number, peaks)| {
+        let interfaces = BODIES.into_iter().zip(interfaces);
+        let interfaces =
+            interfaces.flat_map(|(body, interfaces)| (1..).zip(interfaces).map(move |of| (body, of)));
+        let interfaces = interfaces.flat_map(|(body, (number, peaks))| {
             TRACTIONS.into_iter().zip(peaks).flat_map(move |(traction, peak)| {
                 let quantity = if traction == RATIO { Quantity::Number } else { Quantity::Stress };
                 let parts = [("", quantity), ("_r", Quantity::Length), ("_time", Quantity::Time)];
                 parts.into_iter().zip(peak).map(move |((part, quantity), value)| {
-                    let name = format!("interface.{number}.{traction}{part}").into();
+                    let name = format!("{body}interface.{number}.{traction}{part}").into();
                     Measure { name, quantity, value: *value }
                 })
             })

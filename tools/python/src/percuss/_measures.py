@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import count
+from itertools import count, takewhile
 from math import sqrt
 
 import numpy as np
@@ -72,8 +72,8 @@ def measure(
             for part in PLACES
         },
         **{
-            f"interface.{number}.{traction}{part}": said(f"interface.{number}.{traction}{part.replace('_', '.')}")
-            for number in range(1, interfaces(validity) + 1)
+            f"{interface}.{traction}{part}": said(f"{interface}.{traction}{part.replace('_', '.')}")
+            for interface in interfaces(validity)
             for traction in TRACTIONS
             for part in PARTS
         },
@@ -91,9 +91,15 @@ def recorded(numbers: Mapping[str, str], validity: Mapping[str, str]) -> dict[st
     return {name: float(numbers[name]) if name in numbers else None for name in names}
 
 
-def interfaces(validity: Mapping[str, str]) -> int:
-    """Number of interfaces of layers whose largest tractions are measured."""
-    return next(number for number in count() if f"interface.{number + 1}.tension" not in validity)
+def interfaces(validity: Mapping[str, str]) -> list[str]:
+    """Names of the interfaces of layers whose largest tractions are measured, of the target and of the indenter."""
+    return [
+        name
+        for body in ["", "indenter."]
+        for name in takewhile(
+            lambda name: f"{name}.tension" in validity, (f"{body}interface.{number}" for number in count(1))
+        )
+    ]
 
 
 def units_of(
@@ -103,9 +109,9 @@ def units_of(
     force: str | None,
     energy: str | None,
     stress: str | None,
-    layered: int,
+    layered: list[str],
 ) -> dict[str, str]:
-    """Units of what is measured, from those of the quantities and the number of interfaces; plain numbers have none."""
+    """Units of what is measured, from those of the quantities and the names of the interfaces; plain numbers have none."""
     impulse = None if force is None or time is None else f"{force}·{time}"
     units = {
         "peak_force": force,
@@ -122,8 +128,8 @@ def units_of(
         "largest_strain_time": time,
         **{f"{ratio}{part}": unit for ratio in RATIOS for part, unit in zip(PLACES[1:], [length, length, time])},
         **{
-            f"interface.{number}.{traction}{part}": unit
-            for number in range(1, layered + 1)
+            f"{interface}.{traction}{part}": unit
+            for interface in layered
             for traction in TRACTIONS
             for part, unit in zip(PARTS, [None if traction == "ratio" else stress, length, time])
         },

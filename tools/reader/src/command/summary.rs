@@ -53,7 +53,7 @@ both. Of others, as of older programs, cut off or recovered, they are measured f
   tensile_ratio        largest first principal stress over the tensile strength, likewise
   interface.<n>.tension, interface.<n>.shear  of targets of layers, from the struck surface down: largest tension and shear of
                        interface n, with radius and time in interface.<n>.tension_r, _time, ...; shear in the full theory, of welded
-                       layers
+                       layers; of an indenter with layers, from its nose up, indenter.interface.<n>.tension, ...
 
 Units are those of the first recording; others are converted if the recording in SI carries its scales. CSV and text show SI
 columns with prefixes (µs, kN) unless --units base is given; JSON and Parquet keep the units that are recorded.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use percuss_table::{
-    measures::{Measure, RATIO, RATIOS, TRACTIONS, Units},
+    measures::{BODIES, Measure, RATIO, RATIOS, TRACTIONS, Units},
     units::{RECORDED, Unit},
 };
 use serde_json::{Value, json};
@@ -71,13 +71,16 @@ fn results(recording: &Recording, reading: &Reading) -> Rows {
         ("Largest ratio of tension to tensile strength", RATIOS[1], None),
     ]);
     let single = single.map(|(label, key, unit)| (label.to_owned(), key.to_owned(), unit));
-    let interfaces =
-        (1..).map(|number| TRACTIONS.map(|name| (number, name, format!("interface.{number}.{name}"))));
-    let interfaces = interfaces.take_while(|[(.., key), ..]| validity.contains_key(key)).flatten();
-    let interfaces = interfaces.map(|(number, name, key)| {
-        let (what, unit) =
-            if name == RATIO { ("ratio to the strength of the bond", None) } else { (name, stress) };
-        (format!("Largest {what} at interface {number}"), key, unit)
+    let interfaces = BODIES.into_iter().zip(["", " of the indenter"]).flat_map(|(body, of)| {
+        let rows = (1..).map(move |number| {
+            TRACTIONS.map(|name| {
+                let (what, unit) =
+                    if name == RATIO { ("ratio to the strength of the bond", None) } else { (name, stress) };
+                let label = format!("Largest {what} at interface {number}{of}");
+                (label, format!("{body}interface.{number}.{name}"), unit)
+            })
+        });
+        rows.take_while(|[(_, key, _), ..]| validity.contains_key(key)).flatten()
     });
     rows.extend(single.chain(interfaces).filter_map(|(label, key, unit)| {
         let number = |key: &str| validity.get(key)?.parse::<f64>().ok();

@@ -4,7 +4,7 @@ use std::{cell::RefCell, collections::BTreeMap};
 
 use percuss_table::{
     Cell,
-    measures::{Measure, Observations, RATIOS, Said, TRACTIONS, Units},
+    measures::{BODIES, Measure, Observations, RATIOS, Said, TRACTIONS, Units},
 };
 
 use crate::{
@@ -100,17 +100,21 @@ pub(in crate::command) fn measures(
     validity: Option<&BTreeMap<String, String>>,
 ) -> Vec<Measure> {
     let said = |key: &str| validity?.get(key)?.parse().ok();
-    let traction = |number: usize, traction: &str| {
-        ["", ".r", ".time"].map(|part| said(&format!("interface.{number}.{traction}{part}")))
+    let traction = |interface: &str, traction: &str| {
+        ["", ".r", ".time"].map(|part| said(&format!("{interface}.{traction}{part}")))
     };
-    let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
+    let interfaces = |body: &str| {
+        let names = (1..).map(|number| format!("{body}interface.{number}"));
+        let peaks = names.map(|interface| TRACTIONS.map(|name| traction(&interface, name)));
+        peaks.take_while(|[tension, ..]| tension[0].is_some()).collect()
+    };
     let placed = |name: &str| ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{name}{suffix}")));
     observed.measures(&Said {
         largest_strain: placed(LARGEST_STRAIN),
         ratios: RATIOS.map(placed),
         impact_velocity: said(IMPACT_VELOCITY),
         mesh_loss: said(MESH_LOSS),
-        interfaces: interfaces.take_while(|[tension, ..]| tension[0].is_some()).collect(),
+        interfaces: BODIES.map(interfaces),
     })
 }
 
