@@ -201,7 +201,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<(Limit
     let Estimate { memory, messages, file, seconds } = *estimate;
     let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
     rows.extend(case.grading_facts().map(|facts| ("grading", grading(case, &facts))));
-    rows.extend(Hertz::of(case).map(|hertz| ("contact", contact(case, &hertz))));
+    rows.extend(Hertz::of(case).and_then(|hertz| contact(case, &hertz)).map(|text| ("contact", text)));
     rows.extend(Expected::of(case).iter().flat_map(Expected::rows));
     rows.extend([("frames", frames(case))]);
     rows.extend(section(case).map(|section| ("section", section)));
@@ -239,20 +239,24 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<(Limit
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
 }
 
-/// The contact that is computed, by Hertz in the units of the case, and the cells that ten across it need.
-fn contact(case: &Case, hertz: &Hertz) -> String {
-    let Units { length, time, force, .. } = case.units();
-    let radius = length.text(hertz.largest_radius());
-    let [duration, peak] = [time.text(hertz.duration()), force.text(hertz.largest_force())];
-    let target = if case.sizes.layers.len() > 1 { "the struck layer" } else { "the target" };
+/// Cells across the largest contact and those that ten across it need, where a graded mesh does not say so; of a rigid indenter of a known material
+/// the contact that is computed, by Hertz in the units of the case, beside that of both moduli.
+fn contact(case: &Case, hertz: &Hertz) -> Option<String> {
+    let across = format!("{:.1} cells across the diameter", cells_across(case, hertz));
     let ten = match case.mesh.grading {
         Some(_) => String::new(),
         None => format!("; ten cells across need mesh.cells = {}", cells_for_ten(case, hertz)),
     };
-    format!(
-        "by Hertz, on a half-space of {target}: largest radius {radius}, {:.1} cells across the diameter; it lasts {duration}, peak force {peak}{ten}",
-        cells_across(case, hertz)
-    )
+    if Rigidity::of(case).is_none() {
+        return case.mesh.grading.is_none().then(|| across + &ten);
+    }
+    let Units { length, time, force, .. } = case.units();
+    let radius = length.text(hertz.largest_radius());
+    let [duration, peak] = [time.text(hertz.duration()), force.text(hertz.largest_force())];
+    let target = if case.sizes.layers.len() > 1 { "the struck layer" } else { "the target" };
+    Some(format!(
+        "by Hertz, on a half-space of {target}: largest radius {radius}, {across}; it lasts {duration}, peak force {peak}{ten}"
+    ))
 }
 
 /// How a graded mesh is made, and what it resolves.
