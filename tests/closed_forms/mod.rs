@@ -10,6 +10,12 @@
 //! | [`pekeris`] | displacement of the surface under a force on a point, full theory, ν = 1/4 |
 //! | [`surface_wave`] | speed of waves along coated surfaces, full theory: for `src/exact/tests` |
 
+/// Extremes of the displacement opposite a pulse on a plate, 50 mm beside its axis, by generalised rays: the case `experiment-gabbro-plate` \[µs, nm\].
+///
+/// K. Okubo, F. Yamashita, E. Fukuyama (2025), doi 10.5281/zenodo.15288446
+pub const GABBRO_RAYS: [(f64, f64); 7] =
+    [(20.7, 0.696), (23.1, 0.188), (33.5, 0.887), (49.1, 0.033), (51.8, 0.344), (54.0, 0.159), (62.9, 0.418)];
+
 pub mod collision;
 pub mod column;
 mod complex;

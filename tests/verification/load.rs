@@ -7,7 +7,10 @@ use percuss::{
     view::View,
 };
 
-use crate::closed_forms::pekeris::{self, SPEED_RATIO};
+use crate::closed_forms::{
+    GABBRO_RAYS,
+    pekeris::{self, SPEED_RATIO},
+};
 
 /// Displacements of the first point of a case, with the times.
 fn trace(case: &Case) -> Vec<(f64, f64)> {
@@ -47,22 +50,12 @@ fn the_surface_pulse_is_that_of_pekeris() {
 
 #[test]
 fn a_plate_moves_as_by_generalised_rays() {
-    // Okubo, Yamashita, Fukuyama 2025: µs, nm
-    let published = [
-        (20.7, 0.696),
-        (23.1, 0.188),
-        (33.5, 0.887),
-        (49.1, 0.033),
-        (51.8, 0.344),
-        (54.0, 0.159),
-        (62.9, 0.418),
-    ];
     let case = Case::load("experiment-gabbro-plate", &["mesh.cells=2".into(), "record.frames=0".into()]);
     let case = case.unwrap_or_else(|errors| panic!("{errors:?}"));
     let units = case.units();
     let seen: Vec<(f64, f64)> =
         trace(&case).into_iter().map(|(t, u)| (1e6 * units.time.of(t), 1e9 * units.length.of(u))).collect();
-    for (time, height) in published {
+    for (time, height) in GABBRO_RAYS {
         let turns = seen.windows(3).filter(|three| {
             (three[1].1 - three[0].1) * (three[2].1 - three[1].1) <= 0.0 && (three[1].0 - time).abs() < 0.3
         });

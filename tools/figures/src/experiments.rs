@@ -7,7 +7,7 @@ use percuss_picture::{Curve, Panel};
 
 use crate::{
     Failure, Progress,
-    closed_forms::pekeris,
+    closed_forms::{GABBRO_RAYS, pekeris},
     figure::{Figure, curve, exact},
     lab::{Lab, Made, Points, metadata, series},
     page::{Page, Table},
@@ -123,19 +123,7 @@ const PLATES: [Plate; 3] = [
         case: "experiment-gabbro-plate",
         what: "Okubo et al. 2025: 100 mm of gabbro under a pulse of 32 N",
         sensors: &[
-            Sensor {
-                r: 50.0,
-                z: 100.0,
-                extremes: &[
-                    (20.7, 0.696),
-                    (23.1, 0.188),
-                    (33.5, 0.887),
-                    (49.1, 0.033),
-                    (51.8, 0.344),
-                    (54.0, 0.159),
-                    (62.9, 0.418),
-                ],
-            },
+            Sensor { r: 50.0, z: 100.0, extremes: &GABBRO_RAYS },
             Sensor {
                 r: 100.0,
                 z: 0.0,
