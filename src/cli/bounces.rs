@@ -73,9 +73,10 @@ pub(super) fn run(
 
 /// Peak force, contact time and restitution of a recording; none of one that ends before the ball has left.
 fn measured(path: &Path) -> Option<[f64; 3]> {
-    let status = metadata(path, "percuss.status")?;
-    let has_left = status.get("status").is_some_and(|status| status == "stopped");
-    let measures = metadata(path, "percuss.summary").filter(|_| has_left)?;
+    let [status, measures] = metadata(path, ["percuss.status", "percuss.summary"])?;
+    if status.get("status").is_none_or(|status| status != "stopped") {
+        return None;
+    }
     let of = |name: &str| measures.get(name)?.parse::<f64>().ok();
     let restitution = of("restitution_mesh_corrected").or(of("restitution"))?;
     Some([of("peak_force")?, of("contact_duration")?, restitution])

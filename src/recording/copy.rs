@@ -105,20 +105,24 @@ pub fn attachment(path: &Path, name: &str) -> Option<String> {
     text.ok().flatten().flatten()
 }
 
-/// Entries of the metadata record `name` of a recording; `None` if there is none that can be read.
+/// Entries of the metadata records of these names in a recording; `None` unless all can be read.
 #[cfg(feature = "cli")]
-pub fn metadata(path: &Path, name: &str) -> Option<std::collections::BTreeMap<String, String>> {
-    let found = find_record(&mut File::open(path).ok()?, |opcode, data| {
-        if opcode != op::METADATA {
-            return Ok(None);
+pub fn metadata<const N: usize>(
+    path: &Path,
+    names: [&str; N],
+) -> Option<[std::collections::BTreeMap<String, String>; N]> {
+    let mut found = [const { None }; N];
+    let all = find_record(&mut File::open(path).ok()?, |opcode, data| {
+        if opcode == op::METADATA
+            && let Record::Metadata(record) = parse_record(opcode, data).map_err(|error| read(&error))?
+            && let Some(place) = names.iter().position(|name| *name == record.name)
+        {
+            found[place] = Some(record.metadata);
         }
-        let record = parse_record(opcode, data).map_err(|error| read(&error))?;
-        Ok(match record {
-            Record::Metadata(record) if record.name == name => Some(record.metadata),
-            _ => None,
-        })
+        Ok(found.iter().all(Option::is_some).then_some(()))
     });
-    found.ok().flatten()
+    all.ok().flatten()?;
+    Some(found.map(Option::unwrap_or_default))
 }
 
 /// Calls `f` on every message and at the end of every chunk, until it returns false.
