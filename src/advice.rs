@@ -7,7 +7,6 @@ use crate::{
     case::{Case, NOTED_CHANGE},
     contact::Rule,
     exact::hertz::Hertz,
-    geometry::Geometry,
     grid::Back,
     session::{Status, Steps},
     shape::Head,
@@ -165,15 +164,7 @@ fn first_fall(case: &Case) -> f64 {
         Rule::Bilateral => case.shape().radius(),
         Rule::Unilateral | Rule::Prescribed | Rule::Load => case.shape().face_radius(),
     };
-    face_area(case, radius) * case.sizes.dt / case.indenter.mass
-}
-
-/// Area of a face \[πR²; plane R\].
-fn face_area(case: &Case, radius: f64) -> f64 {
-    match case.geometry {
-        Geometry::Axisymmetric => radius * radius,
-        Geometry::Plane => radius,
-    }
+    case.geometry.area(radius) * case.sizes.dt / case.indenter.mass
 }
 
 /// A body so light that the steps do not resolve its first instants, or by Hertz its largest force.

@@ -68,21 +68,14 @@ fn whole(values: &Values<'_>, indenter: &Body, radius: f64) -> Option<TargetLaye
         return None;
     }
     let layer = TargetLayer::of(preset, &scales);
-    let area = match values.system.geometry {
-        Geometry::Axisymmetric => radius * radius,
-        Geometry::Plane => radius,
-    };
+    let area = values.system.geometry.area(radius);
     Some(TargetLayer { thickness: Some(indenter.mass / (layer.density * area)), ..layer })
 }
 
 impl Striker {
     /// Mass of its layers and of what is bonded to its back; infinite of a half-space \[πγR³; plane γR²\].
     pub fn mass(&self, geometry: Geometry) -> f64 {
-        let radius = self.body.radius.unwrap_or_default();
-        let area = match geometry {
-            Geometry::Axisymmetric => radius * radius,
-            Geometry::Plane => radius,
-        };
+        let area = geometry.area(self.body.radius.unwrap_or_default());
         let layers = self.body.layers.iter();
         let layers = layers.map(|layer| layer.thickness.map_or(f64::INFINITY, |h| layer.density * area * h));
         layers.sum::<f64>() + self.weight.unwrap_or_default()
