@@ -3,7 +3,7 @@
 //! Values are dimensionless, whatever the case is written in; they go by their full names, `target.layer.2.thickness`. After a problem
 //! reading continues without the value, so that one pass finds all problems; a document with problems yields no case.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, iter};
 
 use percuss_output::text::short;
 use serde::{Deserialize, de::DeserializeOwned};
@@ -393,7 +393,7 @@ impl<'d> Values<'d> {
             }
             (Kind::List { of, .. }, Some(Value::Array(_))) => {
                 let DeValue::Array(list) = value.get_ref() else { return None };
-                let read = self.read_items(of, name, list, system)?;
+                let read = self.read_items(iter::repeat(*of), name, list, system)?;
                 let twice =
                     read.iter().enumerate().find(|(i, item)| item.is_str() && read[..*i].contains(item));
                 if let Some((_, item)) = twice {
@@ -404,13 +404,7 @@ impl<'d> Values<'d> {
             }
             (Kind::Pair(kinds), Some(Value::Array(pair))) if pair.len() == 2 => {
                 let DeValue::Array(pair) = value.get_ref() else { return None };
-                let mut read = Vec::new();
-                for (i, (kind, item)) in kinds.iter().zip(pair.iter()).enumerate() {
-                    let name = format!("{name}[{i}]");
-                    read.push(self.read_value(kind, &name, item, system)?);
-                    self.places.insert(name, item.span());
-                }
-                Some(Value::Array(read))
+                self.read_items(kinds.iter(), name, pair, system).map(Value::Array)
             }
             (Kind::Line, Some(Value::Table(line))) if line.len() == 1 => {
                 let DeValue::Table(line) = value.get_ref() else { return None };
@@ -435,15 +429,15 @@ impl<'d> Values<'d> {
     }
 
     /// The elements of a list.
-    fn read_items(
+    fn read_items<'k>(
         &mut self,
-        kind: &Kind,
+        kinds: impl Iterator<Item = &'k Kind>,
         name: &str,
         list: &[Spanned<DeValue<'d>>],
         system: &System,
     ) -> Option<Vec<Value>> {
         let mut read = Vec::new();
-        for (i, item) in list.iter().enumerate() {
+        for (i, (kind, item)) in kinds.zip(list).enumerate() {
             let name = format!("{name}[{i}]");
             read.push(self.read_value(kind, &name, item, system)?);
             self.places.insert(name, item.span());
