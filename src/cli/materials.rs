@@ -34,11 +34,7 @@ type Row = (&'static Preset, Elastic);
 
 impl Materials {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let row = |preset: &'static Preset| {
-            let elastic = preset.elastic();
-            (preset, elastic)
-        };
-        let rows: Vec<Row> = PRESETS.iter().map(row).collect();
+        let rows: Vec<Row> = PRESETS.iter().map(|preset| (preset, preset.elastic())).collect();
         print(&if self.json { json(&rows) } else { table(&rows) })?;
         Ok(Exit::Done)
     }
