@@ -6,7 +6,7 @@ use std::{array, iter, path::Path};
 
 use percuss_output::OutputError;
 
-use super::{CliError, Exit, output::write_file, print};
+use super::{CliError, Exit, print};
 use crate::{
     case::Case,
     recording::{Destination, copy::metadata},
@@ -65,7 +65,7 @@ pub(super) fn run(
             case = case.vary().set("impact.velocity", format!("{} m/s", velocity * rest[2])).build()?;
         }
     }
-    write_file(&table, csv(&rows).as_bytes(), overwrite)?;
+    percuss_output::write(&table, csv(&rows).as_bytes(), overwrite)?;
     print(&text(&rows))?;
     say("the flight between impacts is jumped over: each begins with ball and target without waves");
     Ok(Exit::Done)

@@ -4,11 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{
-    CaseArguments, CliError, Exit,
-    output::{refuse_inputs, write_file},
-    print, print_document,
-};
+use super::{CaseArguments, CliError, Exit, output::refuse_inputs, print, print_document};
 use crate::{channels::Catalogue, layout::LayoutBuilder};
 
 const EXAMPLES: &str = "\
@@ -59,7 +55,7 @@ impl Layout {
         };
         match &self.output {
             None => show(&text)?,
-            Some(path) => write_file(path, text.as_bytes(), self.force)?,
+            Some(path) => percuss_output::write(path, text.as_bytes(), self.force)?,
         }
         Ok(Exit::Done)
     }

@@ -187,10 +187,3 @@ pub(super) fn refuse_inputs(output: Option<&Path>, case: &Case) -> Result<(), Cl
         _ => Ok(()),
     }
 }
-
-/// Writes a small file, whole or not at all.
-///
-/// * `overwrite`: replace what is at `path`
-pub(super) fn write_file(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    Ok(percuss_output::write(path, bytes, overwrite)?)
-}

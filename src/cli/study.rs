@@ -10,7 +10,7 @@ use percuss_output::{OutputError, text::printable};
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{ThreadArguments, refuse_inputs, write_file},
+    output::{ThreadArguments, refuse_inputs},
     print,
     progress::{LINE_INTERVAL, Progress},
 };
@@ -105,7 +105,7 @@ impl StudyArguments {
         let study = result?;
         print(&(table(finest, &study) + &changes(&cases) + &warned(&study)))?;
         if let Some((path, format)) = output {
-            write_file(path, format(finest, &study).as_bytes(), self.force)?;
+            percuss_output::write(path, format(finest, &study).as_bytes(), self.force)?;
         }
         Ok(Exit::Done)
     }
