@@ -1,9 +1,6 @@
 //! `percuss study`: a case on meshes refined by two, with orders and error bars.
 
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use percuss_output::{OutputError, text::printable};
@@ -268,15 +265,8 @@ fn table(case: &Case, study: &Study) -> String {
     let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
     let mut text = String::new();
     for row in &rows {
-        for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
-            let padding = width - cell.chars().count();
-            let written = if i == 0 {
-                write!(text, "{cell}{:padding$}", "")
-            } else {
-                write!(text, "  {:padding$}{cell}", "")
-            };
-            written.expect("a String grows");
-        }
+        let (first, rest) = (format!("{:<1$}", row[0], widths[0]), row.iter().zip(&widths).skip(1));
+        text += &rest.fold(first, |line, (cell, width)| line + &format!("  {cell:>width$}"));
         text.push('\n');
     }
     if let Some(form) = study.closed_form {
