@@ -310,11 +310,10 @@ fn print_escaped(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Default output of a case: its name, a suffix and `.mcap`, in the current folder.
-fn default_output(case: &str, suffix: &str) -> PathBuf {
+/// Default output of a case: its name and an end, in the current folder.
+fn default_output(case: &str, end: &str) -> PathBuf {
     let mut name = stem(case);
-    name.push(suffix);
-    name.push(".mcap");
+    name.push(end);
     name.into()
 }
 
@@ -338,7 +337,7 @@ mod tests {
 
     #[test]
     fn outputs_are_named_after_cases() {
-        assert_eq!(default_output("fig8-m2.5", ""), PathBuf::from("fig8-m2.5.mcap"));
-        assert_eq!(default_output("cases/my.toml", "-exact"), PathBuf::from("my-exact.mcap"));
+        assert_eq!(default_output("fig8-m2.5", ".mcap"), PathBuf::from("fig8-m2.5.mcap"));
+        assert_eq!(default_output("cases/my.toml", "-exact.mcap"), PathBuf::from("my-exact.mcap"));
     }
 }

@@ -9,7 +9,7 @@ use percuss_output::{
 };
 use percuss_table::measures::Measure;
 
-use super::{CaseArguments, CliError, Exit, output::ThreadArguments, print, stem};
+use super::{CaseArguments, CliError, Exit, default_output, output::ThreadArguments, print};
 use crate::{
     case::{Case, quantity_si, split_number},
     fit::{Fit, FitError, Found, Goal, Series, Trial, fit},
@@ -67,11 +67,7 @@ impl FitArguments {
         let ranges =
             ranges.collect::<Result<Vec<_>, _>>().map_err(|error| CliError::Usage(error.to_string()))?;
         let goals = self.to.iter().map(|text| self.goal(&base, text)).collect::<Result<Vec<_>, _>>()?;
-        let folder = self.output.clone().unwrap_or_else(|| {
-            let mut name = stem(&self.case.case);
-            name.push("-fit");
-            name.into()
-        });
+        let folder = self.output.clone().unwrap_or_else(|| default_output(&self.case.case, "-fit"));
         if folder.exists() {
             let text = format!("`{}` is there; choose another folder with -o", folder.display());
             return Err(CliError::Usage(text));

@@ -92,7 +92,7 @@ impl OutputArguments {
     }
 
     fn path(&self, name: &str, suffix: &str) -> Result<PathBuf, CliError> {
-        let path = self.output.clone().unwrap_or_else(|| default_output(name, suffix));
+        let path = self.output.clone().unwrap_or_else(|| default_output(name, &format!("{suffix}.mcap")));
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("mcap")) {
             let text = format!("`{}`: recordings are .mcap; choose another output with -o", path.display());
             return Err(CliError::Usage(text));

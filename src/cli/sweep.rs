@@ -15,9 +15,9 @@ use percuss_output::{
 };
 
 use super::{
-    CliError, Exit,
+    CliError, Exit, default_output,
     output::{ProgressArguments, ThreadArguments, signalled, watch_signals},
-    print, stem,
+    print,
 };
 use crate::{
     case::builtin,
@@ -219,11 +219,7 @@ impl SweepArguments {
                 self.what
             )));
         }
-        let output = self.output.clone().unwrap_or_else(|| {
-            let mut name = stem(&self.what);
-            name.push("-sweep");
-            name.into()
-        });
+        let output = self.output.clone().unwrap_or_else(|| default_output(&self.what, "-sweep"));
         Ok((Some(path.to_owned()).filter(|path| path.is_file()), output))
     }
 
