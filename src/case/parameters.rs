@@ -512,11 +512,6 @@ pub enum ViewChannel {
     Profile,
 }
 
-impl ViewChannel {
-    /// All of them.
-    pub const ALL: [Self; 6] = [Self::Field, Self::Image, Self::Scene, Self::Fronts, Self::Tf, Self::Profile];
-}
-
 /// Rows of a computed layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerSizes {
