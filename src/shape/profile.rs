@@ -99,11 +99,6 @@ impl Profile {
         self.r.len() > 2 && self.f[1] > 0.0
     }
 
-    /// The points `[r, f]` \[R\].
-    pub fn points(&self) -> impl Iterator<Item = [f64; 2]> {
-        self.r.iter().zip(&self.f).map(|(r, f)| [*r, *f])
-    }
-
     /// Radii of the points \[R\].
     pub fn knots(&self) -> impl Iterator<Item = f64> + '_ {
         self.r.iter().copied()
