@@ -165,11 +165,6 @@ impl Corner {
     pub fn levels(corner: Option<&Self>) -> usize {
         if corner.is_some() { 3 } else { 2 }
     }
-
-    /// Damping σ = αρ.
-    pub fn damping(&self) -> f64 {
-        self.factor * self.share
-    }
 }
 
 /// Largest damping σ that is stable at λ = 1.
