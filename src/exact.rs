@@ -102,6 +102,11 @@ fn outside<T>(name: &'static str, value: f64, bound: impl Into<String>) -> Resul
     Err(ExactError::OutsideRange { name, value, bound: bound.into() })
 }
 
+/// Checks that a time is in `0 < t < end`.
+fn before(end: f64, t: f64) -> Result<(), ExactError> {
+    if t > 0.0 && t < end { Ok(()) } else { outside("t", t, format!("0 < t < {end}")) }
+}
+
 /// Checks the thickness of a layer, if the target is one.
 fn layer(thickness: Option<f64>) -> Result<(), ExactError> {
     thickness.map_or(Ok(()), |h| positive("thickness", h, f64::INFINITY, "h > 0").map(drop))

@@ -27,7 +27,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    ExactError, outside, positive,
+    ExactError, before, positive,
     quadrature::{gauss_legendre_on, singular_at_ends},
     surface_impedance::SurfaceImpedance,
 };
@@ -118,7 +118,7 @@ impl ElasticPlanePunch {
     ///
     /// `t` is not in `0 < t < 2`, or a reflection has arrived.
     pub fn drag(&self, t: f64) -> Result<f64, ExactError> {
-        self.check_time(t)?;
+        before(self.end_time(), t)?;
         Ok(self.velocity * (1.0 + self.growth_rate * t))
     }
 
@@ -129,7 +129,7 @@ impl ElasticPlanePunch {
     /// `x` is not under the punch, `t` is not in `0 < t < 2`, or a reflection has arrived.
     pub fn pressure(&self, x: f64, t: f64) -> Result<f64, ExactError> {
         let distance = positive("1 - |x|", 1.0 - x.abs(), f64::INFINITY, "|x| < 1")?;
-        self.check_time(t)?;
+        before(self.end_time(), t)?;
         Ok(self.velocity * (1.0 + self.edge(t / distance) + self.edge(t / (2.0 - distance))))
     }
 
@@ -147,14 +147,6 @@ impl ElasticPlanePunch {
     fn factor(&self, s: f64) -> f64 {
         let sum: f64 = self.poisson.iter().map(|(zeta2, term)| term / (zeta2 + s * s)).sum();
         (1.0 + self.impedance.stiffness() * s).sqrt() * libm::exp(s * sum)
-    }
-
-    fn check_time(&self, t: f64) -> Result<(), ExactError> {
-        let end = self.end_time();
-        if t > 0.0 && t < end {
-            return Ok(());
-        }
-        outside("t", t, format!("0 < t < {end}"))
     }
 }
 

@@ -12,7 +12,7 @@
 //! The first holds until the other edge's wave arrives, `t < 2/c_s − X`, and both until the first reflection,
 //! `t < 2h`.
 
-use super::{ExactError, outside, positive};
+use super::{ExactError, before, positive};
 
 /// A plane flat punch of half-width 1 and infinite mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ impl PlanePunch {
     ///
     /// `t` is not in `0 < t < 2/c_s`, or a reflection has arrived.
     pub fn drag(&self, t: f64) -> Result<f64, ExactError> {
-        self.check_time(t, 2.0 / self.shear_wave_speed)?;
+        before((2.0 / self.shear_wave_speed).min(2.0 * self.thickness), t)?;
         Ok(self.velocity * (1.0 + 0.5 * self.shear_wave_speed * t))
     }
 
@@ -57,20 +57,12 @@ impl PlanePunch {
     pub fn pressure(&self, x: f64, t: f64) -> Result<f64, ExactError> {
         let distance = positive("1 - |x|", 1.0 - x.abs(), f64::INFINITY, "|x| < 1")?;
         let arrival = distance / self.shear_wave_speed;
-        self.check_time(t, 2.0 / self.shear_wave_speed - arrival)?;
+        before((2.0 / self.shear_wave_speed - arrival).min(2.0 * self.thickness), t)?;
         if t <= arrival {
             return Ok(self.velocity);
         }
         let root = ((t - arrival) / arrival).sqrt();
         Ok(self.velocity * (1.0 + 2.0 / std::f64::consts::PI * (root - libm::atan(root))))
-    }
-
-    fn check_time(&self, t: f64, end: f64) -> Result<(), ExactError> {
-        let end = end.min(2.0 * self.thickness);
-        if t > 0.0 && t < end {
-            return Ok(());
-        }
-        outside("t", t, format!("0 < t < {end}"))
     }
 }
 
