@@ -404,7 +404,7 @@ impl<'d> Values<'d> {
             }
             (Kind::Pair(kinds), Some(Value::Array(pair))) if pair.len() == 2 => {
                 let DeValue::Array(pair) = value.get_ref() else { return None };
-                self.read_items(kinds.iter(), name, pair, system).map(Value::Array)
+                Some(Value::Array(self.read_items(kinds.iter(), name, pair, system)?))
             }
             (Kind::Line, Some(Value::Table(line))) if line.len() == 1 => {
                 let DeValue::Table(line) = value.get_ref() else { return None };
