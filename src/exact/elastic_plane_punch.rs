@@ -27,7 +27,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    ExactError, before, positive,
+    ExactError, before, layer, positive,
     quadrature::{gauss_legendre_on, singular_at_ends},
     surface_impedance::SurfaceImpedance,
 };
@@ -86,9 +86,7 @@ impl ElasticPlanePunch {
         (step, nodes): (f64, usize),
     ) -> Result<Self, ExactError> {
         positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
-        if thickness.is_nan() || thickness <= 0.0 {
-            return Err(ExactError::Parameter { name: "thickness", value: thickness, bound: "h > 0" });
-        }
+        layer(Some(thickness).filter(|h| *h != f64::INFINITY))?;
         let (impedance, growth_rate) = (SurfaceImpedance::new(beta)?, growth_rate(beta)?);
         let stiffness = impedance.stiffness();
         let terms = ((2.0 * REACH - libm::log(stiffness)) / step).ceil() as usize;

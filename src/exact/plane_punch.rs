@@ -12,7 +12,7 @@
 //! The first holds until the other edge's wave arrives, `t < 2/c_s − X`, and both until the first reflection,
 //! `t < 2h`.
 
-use super::{ExactError, before, positive};
+use super::{ExactError, before, layer, positive};
 
 /// A plane flat punch of half-width 1 and infinite mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,9 +33,7 @@ impl PlanePunch {
     pub fn new(velocity: f64, shear_wave_speed: f64, thickness: f64) -> Result<Self, ExactError> {
         positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
         positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-        if thickness.is_nan() || thickness <= 0.0 {
-            return Err(ExactError::Parameter { name: "thickness", value: thickness, bound: "h > 0" });
-        }
+        layer(Some(thickness).filter(|h| *h != f64::INFINITY))?;
         Ok(Self { velocity, shear_wave_speed, thickness })
     }
 
