@@ -145,11 +145,13 @@ pub enum Field {
     VonMises,
     /// Largest shear stress (Tresca) \[γc_p²\].
     MaxShear,
+    /// Largest ratio of a stress to a strength of the layer, see [`strength::Strength::largest_ratio`].
+    DamageRatio,
 }
 
 impl Field {
     /// All of them; model `rakhmatulin` has the fields of [`Field::AXIAL`].
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Displacement,
         Self::DisplacementR,
         Self::Velocity,
@@ -161,6 +163,7 @@ impl Field {
         Self::Pressure,
         Self::VonMises,
         Self::MaxShear,
+        Self::DamageRatio,
     ];
 
     /// The fields of a theory with one displacement.
@@ -180,6 +183,7 @@ impl Field {
             Self::Pressure => "pressure",
             Self::VonMises => "von_mises",
             Self::MaxShear => "max_shear",
+            Self::DamageRatio => "damage_ratio",
         }
     }
 
@@ -195,6 +199,7 @@ impl Field {
             | Self::Pressure
             | Self::VonMises
             | Self::MaxShear => units.stress,
+            Self::DamageRatio => Unit::RATIO,
         }
     }
 
@@ -349,8 +354,6 @@ pub struct Sampling {
     pub strained: Option<Dependence>,
     /// Tension of an interface from which on it is told, if tractions of interfaces are looked at \[γc_p²\].
     pub tension: Option<f64>,
-    /// What the layers bear, from the surface down, see [`mod@strength`]; none where stresses are not compared with it.
-    pub strengths: Vec<strength::Strength>,
 }
 
 impl From<FrameFields> for Sampling {
@@ -462,8 +465,8 @@ pub trait Model<T>: Send {
     /// looked at, see [`Sampling::tension`].
     fn interface_peaks(&mut self) -> Vec<InterfacePeaks>;
 
-    /// Largest ratios of stresses to strengths over all levels before the newest one; none where they are not looked at, see
-    /// [`Sampling::strengths`].
+    /// Largest ratios of stresses to strengths over all levels before the newest one; none where these are not known, see
+    /// [`mod@strength`].
     fn strength_peaks(&self) -> strength::RatioPeaks {
         strength::RatioPeaks::default()
     }

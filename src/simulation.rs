@@ -557,14 +557,13 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
         gauges: striker::beside(case.gauges()),
         strained,
         tension: Some(case.record.layer_tension),
-        strengths: if case.is_tiled() { Vec::new() } else { case.strengths(&case.target) },
     };
     let waves = case.waves();
     match case.model {
         _ if !case.is_tiled() => {
             let materials = case.materials(&case.target, &case.sizes.layers);
             let body = Body::new(case.grid(), &materials, case.mesh.damping, instructions(engine));
-            Box::new(body.at_rest(shown))
+            Box::new(body.with_strengths(case.strengths(&case.target)).at_rest(shown))
         }
         ModelKind::Rakhmatulin => {
             let theory = Rakhmatulin::layered(case.grid(), &waves, case.corner());
@@ -574,7 +573,8 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
             }
         }
         ModelKind::Elastic => {
-            let theory = elastic::layered(case.grid(), &waves, case.mesh.damping);
+            let theory = elastic::layered(case.grid(), &waves, case.mesh.damping)
+                .with_strengths(case.strengths(&case.target));
             match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(coverage, shown)),

@@ -123,6 +123,9 @@ pub struct Unit {
 }
 
 impl Unit {
+    /// That of ratios.
+    pub const RATIO: Self = Self { name: "1", scale: 1.0 };
+
     /// The recorded number of a dimensionless one.
     pub fn of(self, x: f64) -> f64 {
         self.scale * x
@@ -130,7 +133,7 @@ impl Unit {
 
     /// True if its numbers are those of the computation.
     pub fn is_dimensionless(self) -> bool {
-        units::RECORDED.iter().any(|unit| unit.plain == self.name)
+        self == Self::RATIO || units::RECORDED.iter().any(|unit| unit.plain == self.name)
     }
 
     /// Which part of the body a force or energy per length is of, to follow its name; empty for all other units.
@@ -160,6 +163,9 @@ impl Unit {
 
     /// The same without zeros at the end: `8 γc_p²`, `150 MPa`.
     pub fn short_with_unit(self, x: f64) -> String {
+        if self == Self::RATIO {
+            return x.to_string();
+        }
         if self.is_dimensionless() { format!("{x} {}", self.name) } else { short(self.of(x), self.name) }
     }
 

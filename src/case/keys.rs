@@ -173,7 +173,7 @@ pub(super) const FORCE_ROWS: [&str; 3] = ["points", "table", "recording"];
 pub(super) const OF_INDENTER: [&str; 2] = ["indenter", "impact"];
 /// Shapes of indenters.
 pub(super) const SHAPES: [&str; 5] = ["flat", "paraboloid", "sphere", "cone", "profile"];
-const FIELDS: [&str; 11] = [
+const FIELDS: [&str; 12] = [
     "displacement",
     "velocity",
     "stress",
@@ -185,6 +185,7 @@ const FIELDS: [&str; 11] = [
     "pressure",
     "von_mises",
     "max_shear",
+    "damage_ratio",
 ];
 const VIEWS: [&str; 6] = ["field", "image", "scene", "fronts", "tf", "profile"];
 const RAKHMATULIN: Who = Who::Model(ModelKind::Rakhmatulin);
@@ -567,7 +568,8 @@ pub(super) const SECTIONS: [Section; 7] = [
             ),
             key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
                 "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is \
-                 −σ_zz, `pressure` the mean of the normal ones",
+                 −σ_zz, `pressure` the mean of the normal ones; `damage_ratio`, of layers with a strength that is known, the largest ratio of \
+                 a stress to it: of von Mises to yield_strength, of the first principal one to tensile_strength",
             ),
             key("r_max", Kind::Quantity(Length, SIZE.or_infinite())).left_out("derived").means(
                 "fields, pictures and lines along r reach to this radius, inf: to that of the mesh; by default to the largest \

@@ -117,14 +117,15 @@ impl Parameters {
 
     /// What every computed layer of a body bears, as far as it is known.
     pub(crate) fn strengths(&self, body: &Target) -> Vec<Strength> {
-        let Some(scales) = self.scales else { return Vec::new() };
+        let computed = body.computed();
+        let Some(scales) = self.scales else { return vec![Strength::default(); computed.len()] };
         let of = |strength: f64| scales.reduce(Dimension::Stress, strength);
         let layer = |TargetLayer { strengths, bond_strength, .. }: TargetLayer| Strength {
             yielding: strengths.yield_strength.map(of),
             tensile: strengths.tensile_strength.map(of),
             bond: bond_strength.map(|BondStrength { normal, shear }| [normal, shear].map(of)),
         };
-        body.computed().into_iter().map(layer).collect()
+        computed.into_iter().map(layer).collect()
     }
 
     /// Modulus of the contact, `1/M = 1/M_target + 1/M_indenter` of the indentation moduli of both; M_target under a rigid indenter \[γc_p²\].

@@ -17,6 +17,7 @@ use crate::{
     contact::load::Load,
     geometry::Geometry,
     grid::MeshKind,
+    material::Strengths,
     model::{Field, ModelKind, elastic},
     units::{Dimension, STANDARD_GRAVITY},
 };
@@ -187,8 +188,9 @@ fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Opti
         let message = "`record.layer_tension` is of the interfaces of several layers, and the target has one";
         values.problem("record.layer_tension", message, "leave it out, or give target.layer");
     }
+    let fields = values.get::<Vec<Field>>("record.fields").unwrap_or_default();
     let lacks = |field: &&Field| !field.belongs_to(values.model);
-    if let Some(field) = values.get::<Vec<Field>>("record.fields").unwrap_or_default().iter().find(lacks) {
+    if let Some(field) = fields.iter().find(lacks) {
         let message =
             format!("`record.fields` names {:?}, which model = \"rakhmatulin\" does not have", field.name());
         let help = format!(
@@ -196,6 +198,16 @@ fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Opti
             Field::AXIAL.map(Field::name).join(", ")
         );
         values.problem("record.fields", message, help);
+    } else if let (Some(target), Some(indenter)) = (target, indenter) {
+        let bodies = [target].into_iter().chain(indenter.striker.as_ref().map(|striker| &striker.body));
+        let mut strengths = bodies.flat_map(|body| &body.layers).map(|layer| &layer.strengths);
+        let is_known = |of: &Strengths| of.yield_strength.or(of.tensile_strength).is_some();
+        if fields.contains(&Field::DamageRatio) && !strengths.any(is_known) {
+            let message = "`record.fields` names \"damage_ratio\", and no strength of a layer is known";
+            let help = "leave it out, or give a material of the target yield_strength or tensile_strength; \
+                        `percuss materials` lists those that have them";
+            values.problem("record.fields", message, help);
+        }
     }
     // a placeholder for the end time is no bound
     let end_time = values.number("run.end_time").filter(|_| values.document.is_sound());

@@ -17,6 +17,9 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         Field::Pressure => "mean pressure -(sigma_zz + sigma_rr + sigma_tt)/3",
         Field::VonMises => "stress of von Mises",
         Field::MaxShear => "largest shear stress, half of sigma_1 - sigma_3",
+        Field::DamageRatio => {
+            "largest ratio of a stress to a strength of the layer: von Mises to yield, first principal to tensile"
+        }
     };
     let (Units { length, time, .. }, unit) = (case.units(), field.unit(&case.units()));
     let (grid, every, shown) = (case.grid(), case.record.field_every, case.shown_nodes());

@@ -40,6 +40,7 @@ use super::{
     number::Number,
     reference::{Level, Levels, Reference, Scheme, motion},
     scheme::{self, RadialWeights},
+    strength::Strength,
 };
 use crate::{
     geometry::Geometry,
@@ -76,6 +77,8 @@ pub struct Body {
     hoop_below: f64,
     /// Mass of a rigid body that is bonded to the back, which moves with it \[πγR³; plane γR²\].
     weight: Option<f64>,
+    /// What its layers bear.
+    strengths: Vec<Strength>,
     instructions: Instructions,
 }
 
@@ -672,6 +675,7 @@ impl Body {
             membrane,
             hoop_below,
             weight: None,
+            strengths: vec![Strength::default(); layers.len()],
             instructions,
             grid,
         }
@@ -680,6 +684,12 @@ impl Body {
     /// The same with a rigid body of this mass bonded to its back \[πγR³; plane γR²\].
     pub fn with_weight(self, weight: Option<f64>) -> Self {
         Self { weight, ..self }
+    }
+
+    /// The same with what is known of the strengths of its layers.
+    pub fn with_strengths(self, strengths: Vec<Strength>) -> Self {
+        assert_eq!(strengths.len(), self.layers.len(), "layers of the mesh");
+        Self { strengths, ..self }
     }
 
     /// Its mass, as its nodes have it \[πγR³; plane γR²\].
@@ -815,7 +825,8 @@ impl Scheme<2> for Body {
     fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
         motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
             let (medium, unit) = &self.layers[self.grid.layer_of(j)];
-            unit * self.strain(levels[1], pressure[i], j, i).stress(medium).shown(field)
+            let stress = self.strain(levels[1], pressure[i], j, i).stress(medium);
+            self.strengths[self.grid.layer_of(j)].shown(field, &stress, *unit)
         })
     }
 
@@ -837,6 +848,10 @@ impl Scheme<2> for Body {
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
         self.strain_on_back(level, i).largest_on_face()
+    }
+
+    fn strengths(&self) -> &[Strength] {
+        &self.strengths
     }
 
     fn cell_stress(&self, now: &Level<2>, j: usize, i: usize) -> Option<Stress> {
@@ -877,8 +892,7 @@ impl Body {
     /// Stress of a strain in row `j` \[γc_p²\].
     fn stress(&self, j: usize, strain: Strain) -> Stress {
         let (medium, unit) = &self.layers[self.grid.layer_of(j)];
-        let Stress { zz, rr, tt, rz } = strain.stress(medium);
-        Stress { zz: unit * zz, rr: unit * rr, tt: unit * tt, rz: unit * rz }
+        strain.stress(medium).times(*unit)
     }
 
     /// Strains on the backing at column `i`.

@@ -6,6 +6,7 @@ use super::{
     cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Parts, Row, Strain, Stress},
     reference::Level,
     scheme::{self, RadialWeights},
+    strength::Strength,
 };
 use crate::{
     geometry::Geometry,
@@ -19,6 +20,8 @@ pub struct CellScheme {
     pub(super) grid: Grid,
     /// Layers from the surface down.
     pub(super) layers: Vec<CellLayer>,
+    /// What they bear.
+    strengths: Vec<Strength>,
     /// Lateral damping σ.
     damping_number: f64,
     /// Weights of the lateral damping, if there is any.
@@ -50,10 +53,22 @@ impl CellScheme {
             let weights = cells::column_weights(&grid, &medium);
             CellLayer { waves: *waves, medium, weights, dz: layer.dz, stress: waves.impedance * c_p }
         };
-        let layers = layers.iter().zip(&grid.layers).map(layer).collect();
+        let layers: Vec<_> = layers.iter().zip(&grid.layers).map(layer).collect();
+        let strengths = vec![Strength::default(); layers.len()];
         let damping_number = damping;
         let damping = (damping > 0.0).then(|| cells::damping_weights(&grid, damping));
-        Self { layers, grid, damping_number, damping }
+        Self { layers, strengths, grid, damping_number, damping }
+    }
+
+    /// The same with what is known of the strengths of its layers.
+    pub fn with_strengths(self, strengths: Vec<Strength>) -> Self {
+        assert_eq!(strengths.len(), self.layers.len(), "layers of the mesh");
+        Self { strengths, ..self }
+    }
+
+    /// What its layers bear, from the surface down.
+    pub fn strengths(&self) -> &[Strength] {
+        &self.strengths
     }
 
     /// Row `j`.
@@ -350,7 +365,8 @@ impl NodeRow<'_> {
     /// If the field is none of stress.
     pub(super) fn stress(&self, field: Field, strain: &Strain) -> f64 {
         let CellLayer { medium, stress: unit, .. } = self.layer;
-        unit * strain.stress(medium).shown(field)
+        let strength = &self.scheme.strengths[self.scheme.grid.layer_of(self.j)];
+        strength.shown(field, &strain.stress(medium), *unit)
     }
 }
 

@@ -548,10 +548,20 @@ impl Stress {
             Field::Pressure => self.pressure(),
             Field::VonMises => self.von_mises(),
             Field::MaxShear => self.max_shear(),
-            Field::Displacement | Field::DisplacementR | Field::Velocity | Field::VelocityR => {
+            Field::Displacement
+            | Field::DisplacementR
+            | Field::Velocity
+            | Field::VelocityR
+            | Field::DamageRatio => {
                 unreachable!("{field:?} is no stress")
             }
         }
+    }
+
+    /// The stress in another unit.
+    pub fn times(&self, unit: f64) -> Self {
+        let Self { zz, rr, tt, rz } = *self;
+        Self { zz: unit * zz, rr: unit * rr, tt: unit * tt, rz: unit * rz }
     }
 
     /// Mean pressure `−(σ_zz + σ_rr + σ_θθ)/3`.

@@ -64,7 +64,8 @@ pub fn motion<const FIELDS: usize>(
         | Field::StressRz
         | Field::Pressure
         | Field::VonMises
-        | Field::MaxShear => None,
+        | Field::MaxShear
+        | Field::DamageRatio => None,
     }
 }
 
@@ -114,6 +115,11 @@ pub trait Scheme<const FIELDS: usize>: Send {
 
     /// Largest strain at the backing, column `i`.
     fn backing_strain(&self, level: &Level<FIELDS>, i: usize) -> f64;
+
+    /// What its layers bear, from the surface down; none where nothing is known of it.
+    fn strengths(&self) -> &[Strength] {
+        &[]
+    }
 
     /// Stress in the middle of the cell below row `j` at column `i`; `None` where it is not compared with strengths \[γc_p²\].
     fn cell_stress(&self, _now: &Level<FIELDS>, _j: usize, _i: usize) -> Option<Stress> {
@@ -165,7 +171,8 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// * `cone`: of this target
     /// * `shown`: what is shown
     pub fn new(grid: Grid, scheme: S, cone: LightCone, shown: impl Into<Sampling>) -> Self {
-        let Sampling { frames, gauges, strained, tension, strengths } = shown.into();
+        let Sampling { frames, gauges, strained, tension } = shown.into();
+        let strengths = scheme.strengths().to_vec();
         let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, scheme.stride())));
         Self {
             before: rest(),

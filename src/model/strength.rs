@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cells::Stress;
+use super::{Field, cells::Stress};
 
 /// What a layer bears, as far as it is known \[γc_p²\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,6 +23,36 @@ impl Strength {
     /// True if stresses within the layer are compared with something.
     pub fn is_known(&self) -> bool {
         self.yielding.is_some() || self.tensile.is_some()
+    }
+
+    /// The largest of the ratios of a stress within the layer to what is known of these, 0 if nothing is: of von Mises to the yield strength, of the
+    /// first principal stress to the tensile strength.
+    ///
+    /// * `stress`: \[γc_p²\]
+    pub fn largest_ratio(&self, stress: &Stress) -> f64 {
+        self.ratios(stress).into_iter().flatten().fold(0.0, f64::max)
+    }
+
+    /// What a field of stress shows.
+    ///
+    /// * `unit`: of the stress \[γc_p²\]
+    ///
+    /// # Panics
+    ///
+    /// If the field is none of stress.
+    pub fn shown(&self, field: Field, stress: &Stress, unit: f64) -> f64 {
+        match field {
+            Field::DamageRatio => self.largest_ratio(&stress.times(unit)),
+            field => unit * stress.shown(field),
+        }
+    }
+
+    /// Both of them.
+    fn ratios(&self, stress: &Stress) -> [Option<f64>; 2] {
+        [
+            self.yielding.map(|strength| stress.von_mises() / strength),
+            self.tensile.map(|strength| stress.first_principal() / strength),
+        ]
     }
 
     /// `√((⟨σ_n⟩/N)² + (τ/S)²)` at its bond to the layer above, the quadratic criterion of delamination (J.C. Brewer, P.A. Lagace, J. Compos.
@@ -106,8 +136,7 @@ impl RatioPeaks {
 
     /// Takes a stress in a layer \[γc_p²\].
     pub fn take(&mut self, strength: &Strength, stress: &Stress, step: u64, place: impl Fn() -> (f64, f64)) {
-        let of_yield = strength.yielding.map(|strength| stress.von_mises() / strength);
-        let of_tension = strength.tensile.map(|strength| stress.first_principal() / strength);
+        let [of_yield, of_tension] = strength.ratios(stress);
         raise(&mut self.yielding, of_yield, step, &place);
         raise(&mut self.tensile, of_tension, step, &place);
     }

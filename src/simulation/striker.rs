@@ -50,13 +50,13 @@ impl Striker {
         let materials = case.materials(&parts.body, &case.sizes.striker.as_ref()?.layers);
         let body =
             Body::new(grid.clone(), &materials, case.mesh.damping, instructions).with_weight(parts.weight);
+        let body = body.with_strengths(case.strengths(&parts.body));
         let (inside, order) = inside(case);
         let mass = body.mass();
         let sampling = Sampling {
             frames: case.frame_fields(),
             gauges: inside,
             tension: Some(case.record.layer_tension),
-            strengths: case.strengths(&parts.body),
             ..Sampling::default()
         };
         Some(Self {
@@ -297,6 +297,7 @@ fn turn(field: Field, value: f64, flight: f64, velocity: f64) -> f64 {
         | Field::StressTt
         | Field::Pressure
         | Field::VonMises
-        | Field::MaxShear => value,
+        | Field::MaxShear
+        | Field::DamageRatio => value,
     }
 }

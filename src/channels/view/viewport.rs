@@ -254,6 +254,7 @@ pub fn range(case: &Case, field: Field) -> f64 {
         | Field::Pressure
         | Field::VonMises
         | Field::MaxShear => velocity * (HEADROOM + rise(case)),
+        Field::DamageRatio => 1.0,
     };
     round_up(field.unit(&case.units()).of(largest))
 }
@@ -300,6 +301,7 @@ fn of_load(case: &Case, load: &Load, field: Field) -> f64 {
         | Field::Pressure
         | Field::VonMises
         | Field::MaxShear => 1.5 * force / (x * x),
+        Field::DamageRatio => 1.0,
     }
 }
 
