@@ -56,7 +56,7 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// * 7: and under the plain stepper the largest tractions of interfaces.
 /// * 8: the head has what sensors hold back.
 /// * 9: and under the plain stepper the largest ratios of stresses to strengths.
-/// * 10: and of an indenter that gives the largest tractions of interfaces.
+/// * 10: these under the fast engine too, with the first beyond 1; of an indenter that gives the largest tractions of interfaces.
 const VERSION: u32 = 10;
 
 /// Size of magic and version, and of the checksum \[bytes\].

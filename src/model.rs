@@ -29,6 +29,7 @@
 //! sampler    frames and energies of a level, as tiles pass it
 //! gauge      points and lines of a level, as tiles pass it
 //! strains    largest strain of a level, as tiles pass it
+//! strengths  largest ratios of stresses to strengths, likewise
 //! interface  stress and first tension at interfaces of layers
 //! joining    rows of interfaces
 //! tiles      time-skewed tiling behind the near-surface band
@@ -350,7 +351,7 @@ pub struct Sampling {
     pub frames: FrameFields,
     /// Points and lines. Of rows that [`Coverage`] leaves out before the end they show what was there when they were left.
     pub gauges: Gauges,
-    /// Rows of which the largest strain is taken, in a half-space; of all and of the back where there is none.
+    /// Rows of which the largest strain is taken; of all where there is none.
     pub strained: Option<Dependence>,
     /// Tension of an interface from which on it is told, if tractions of interfaces are looked at \[γc_p²\].
     pub tension: Option<f64>,
@@ -467,9 +468,7 @@ pub trait Model<T>: Send {
 
     /// Largest ratios of stresses to strengths over all levels before the newest one; none where these are not known, see
     /// [`mod@strength`].
-    fn strength_peaks(&self) -> strength::RatioPeaks {
-        strength::RatioPeaks::default()
-    }
+    fn strength_peaks(&mut self) -> strength::RatioPeaks;
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;

@@ -428,7 +428,7 @@ impl Simulation {
         let EnergyBalance { initial, dissipated, .. } = self.balance;
         validity.mesh_loss = (initial > 0.0).then(|| dissipated / initial);
         let RatioPeaks { yielding, tensile, bonds } = self.model.strength_peaks();
-        let above = self.striker.as_ref().map(Striker::strength_peaks).unwrap_or_default();
+        let above = self.striker.as_mut().map(Striker::strength_peaks).unwrap_or_default();
         let ratio = |RatioPeak { ratio: value, step, r, z }: RatioPeak| Peak {
             value,
             step,
@@ -551,7 +551,7 @@ fn instructions(engine: Engine) -> Instructions {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let strained = (!case.sizes.layer).then(|| dependence(case, case.sizes.strained));
+    let strained = (!case.sizes.layer && case.is_tiled()).then(|| dependence(case, case.sizes.strained));
     let shown = Sampling {
         frames: case.frame_fields(),
         gauges: striker::beside(case.gauges()),

@@ -50,8 +50,8 @@ pub struct InterfacePeaks {
     pub tension: Peak,
     /// Shear |σ_rz| \[γc_p²\]; `None` where layers slide, and in the simplified theory, which has none.
     pub shear: Option<Peak>,
-    /// Largest `√((⟨σ_n⟩/N)² + (τ/S)²)` of tension and shear to the strengths of the bond; `None` where these are not known, and on meshes
-    /// that [`crate::model::strength`] leaves out.
+    /// Largest `√((⟨σ_n⟩/N)² + (τ/S)²)` of tension and shear to the strengths of the bond; `None` where these are not known, and in the simplified
+    /// theory.
     pub ratio: Option<Peak>,
 }
 
@@ -230,10 +230,36 @@ mod tests {
             (ratio.expect("a ratio").value, [tension.value / normal, shear.expect("welded").value / slip]);
         let [least, most] = [parts[0].max(parts[1]), parts[0].hypot(parts[1])];
         assert!((least..=most).contains(&ratio), "{ratio} {parts:?}");
-        // the plain stepper of equal cells compares nothing
-        let uniform = Case::sound(text, &["mesh.cells=20", "record.frames=0", "run.end_time=\"0.1 us\""]);
-        let validity = session::run(&mut Simulation::reference(&uniform), &mut []).expect("a run").validity;
-        assert_eq!((validity.tensile_ratio, validity.interfaces[0][0].ratio), (None, None));
+    }
+
+    #[test]
+    fn both_engines_find_the_same_ratios() {
+        // a foil that yields and breaks, glued to what does neither
+        let text = "model = \"elastic\"\n[[target.layer]]\nmaterial = \"aluminium\"\nthickness = \"0.5 mm\"\n[[target.layer]]\n\
+            material = \"glass\"\nthickness = \"half-space\"\nbond_strength = { normal = \"3 MPa\", shear = \"2 MPa\" }\n\
+            [indenter]\nshape = \"sphere\"\nnose_radius = \"2 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"80 m/s\"\n\
+            [mesh]\ncells = 40\n[run]\nend_time = \"1.5 us\"\n[record]\nframes = 0\n";
+        let case = Case::sound(text, &[]);
+        let run = |mut simulation: Simulation| {
+            let mut events = Vec::new();
+            let mut watch = |view: &View<'_>| {
+                events.extend(view.events.iter().map(|event| (view.step, event.kind, event.text.clone())));
+            };
+            let validity = session::run(&mut simulation, &mut [&mut watch]).expect("a run").validity;
+            (validity, events)
+        };
+        let found = run(Simulation::new(&case));
+        assert_eq!(found, run(Simulation::reference(&case)));
+        let (Validity { yield_ratio, tensile_ratio, interfaces, .. }, events) = found;
+        for (ratio, kind) in [
+            (yield_ratio, EventKind::Yield),
+            (tensile_ratio, EventKind::Tensile),
+            (interfaces[0][0].ratio, EventKind::Bond),
+        ] {
+            let Peak { value, step, .. } = ratio.expect("a ratio");
+            let first = events.iter().filter(|(_, event, _)| *event == kind).collect::<Vec<_>>();
+            assert!(value > 1.0 && first.len() == 1 && first[0].0 <= step, "{value} {first:?}");
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Runs of both models, small, with all kinds of channels.
-const CASES: [[&str; 7]; 2] = [
+const CASES: [[&str; 7]; 3] = [
     [
         "fig5",
         "mesh.cells=30",
@@ -35,6 +35,15 @@ const CASES: [[&str; 7]; 2] = [
         "record.points=[[0, 0.5]]",
         "record.lines=[{ z = 0.5 }]",
         "record.sensor=[{ r = 2, quantity = \"velocity\" }]",
+        "record.frames=40",
+    ],
+    [
+        "coating",
+        "impact.velocity=20 m/s",
+        "mesh.cells=20",
+        "run.end_time=1.5 us",
+        "record.points=[[\"0 mm\", \"0.2 mm\"]]",
+        "record.fields=[\"damage_ratio\"]",
         "record.frames=40",
     ],
 ];
@@ -166,7 +175,7 @@ fn resume(folder: &Path, case: &[&str], threads: &str) -> String {
 
 #[test]
 fn a_killed_run_continues_on_other_threads() {
-    for (case, threads) in CASES.iter().zip(["3", "1"]) {
+    for (case, threads) in CASES.iter().zip(["3", "1", "2"]) {
         let (expected, folder) = (expected(case), folder());
         kill(folder.path(), case, &["--threads", "2"]);
         let text = refusal(folder.path(), case, &[]);

@@ -113,7 +113,7 @@ pub enum SearchError {
     },
     /// The limit is not measured.
     #[error(
-        "no run of this case compares {} with what it bears: strengths are those of materials (yield_strength, tensile_strength) and of bonds (bond_strength of a layer) of a physical case, and compared on graded meshes; give them, and mesh.contact_cells",
+        "no run of this case compares {} with what it bears: strengths are those of materials (yield_strength, tensile_strength) and of bonds (bond_strength of a layer) of a physical case, and compared in model = \"elastic\"; give them",
         .0.subject()
     )]
     Unknown(Limit),

@@ -47,7 +47,7 @@ pub(super) struct Check {
     /// the head: by one run of the case if its face is flat, by five to ten otherwise
     #[arg(long, conflicts_with = "resolved")]
     admissible: bool,
-    /// What `--admissible` keeps within its limit; strengths are compared on graded meshes
+    /// What `--admissible` keeps within its limit; strengths are compared by model elastic
     #[arg(long, value_enum, default_value_t, requires = "admissible")]
     limit: Limit,
     /// Print everything as JSON, also the problems of an invalid case

@@ -2,7 +2,7 @@
 //!
 //! Two levels of a displacement are kept, with the mixed-derivative correction and with cells three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
-//! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way, and the largest strain is taken ([`sampler`], [`gauge`], [`strains`]), and steps wait in the engine
+//! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way, and the largest strain is taken ([`sampler`], [`gauge`], [`strains`], [`strengths`]), and steps wait in the engine
 //! until theirs are complete.
 //!
 //! Threads share the field through raw parts: a slice never covers a number that another thread may write while it lives, and no
@@ -17,7 +17,7 @@ use std::{collections::VecDeque, io, sync::Arc};
 use super::{
     CompletedStep, Dependence, FrameFields, GAUGES_UNDER_WAY, GaugePlan, InterfacePeaks, Model, Request,
     Sampling, StrainPeak, Tension, cell_scheme::CellScheme, cone::LightCone, larger_strain, scheme,
-    scheme::Corner, strain::Watched,
+    scheme::Corner, strain::Watched, strength::RatioPeaks,
 };
 use crate::{
     grid::Grid,
@@ -48,6 +48,7 @@ mod runs;
 mod sampler;
 mod state;
 mod strains;
+mod strengths;
 mod sync;
 #[cfg(test)]
 mod tests;
@@ -105,7 +106,7 @@ pub struct Engine<T, S: Theory> {
 /// A step that has not been returned.
 struct Waiting<T> {
     step: T,
-    /// The level after it, if tension of interfaces is looked for.
+    /// The level after it, if tension of interfaces is looked for, or a strength is known.
     watched: Option<usize>,
     /// What samples it, if it is a frame.
     sampler: Option<Arc<Sampler>>,
@@ -294,7 +295,7 @@ impl<T: Send, S: Theory> Model<T> for Engine<T, S> {
         let task = self.task(request, surface.loaded);
         self.steps.push_back(Waiting {
             step,
-            watched: self.field.domain().interfaces.are_watched().then_some(self.level),
+            watched: self.field.domain().notes_events().then_some(self.level),
             sampler: task.sampler.clone(),
             gauge: task.gauge.clone(),
         });
@@ -334,13 +335,14 @@ impl<T: Send, S: Theory> Model<T> for Engine<T, S> {
         let frame = sampler.map(|sampler| unsafe { sampler.finish(self.field.domain()) });
         #[expect(unsafe_code, reason = "a recorder that threads have shared")]
         let gauges = gauge.map(|gauge| unsafe { gauge.finish() });
-        let tensions = watched.map_or(Vec::new(), |level| {
+        let (mut tensions, mut failures) = (Vec::new(), Vec::new());
+        if let Some(level) = watched {
             // that level has been reached everywhere: what is known of the one before is all there is
-            let mut tensions = self.field.domain().interfaces.tensions();
+            tensions = self.field.domain().interfaces.tensions();
             tensions.retain(|tension: &Tension| tension.level + 1 == level);
-            tensions
-        });
-        Some(CompletedStep { step, frame, gauges, tensions, failures: Vec::new() })
+            failures = self.field.domain().ratios.failures(level - 1);
+        }
+        Some(CompletedStep { step, frame, gauges, tensions, failures })
     }
 
     fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {
@@ -365,6 +367,11 @@ impl<T: Send, S: Theory> Model<T> for Engine<T, S> {
     fn interface_peaks(&mut self) -> Vec<InterfacePeaks> {
         self.catch_up();
         self.field.domain().interfaces.peaks()
+    }
+
+    fn strength_peaks(&mut self) -> RatioPeaks {
+        self.catch_up();
+        self.field.domain().ratios.found().largest
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {

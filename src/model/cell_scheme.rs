@@ -199,6 +199,39 @@ impl CellScheme {
         cells::largest_strain(u, v, [inner, outer], hoop, medium.courant) / (2.0 * dz)
     }
 
+    /// Stress in the middle of that cell \[γc_p²\].
+    ///
+    /// * `at`: displacements, see [`NodeRow::columns`]
+    pub(super) fn cell_stress(&self, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize) -> Stress {
+        let [u, v] = [0, 1]
+            .map(|field| [i as isize - 1, i as isize].map(|column| [j, j + 1].map(|j| at(field, j, column))));
+        let CellLayer { weights, medium, dz, stress, .. } = self.layer(j);
+        let [axial, lateral, shear, ..] = cells::cell_strains(u, v, &weights[i], medium).map(|x| x / dz);
+        let [inner, outer] = [0, 1].map(|side| weights[i].hoop[side] * (v[side][0] + v[side][1]));
+        let hoop = 0.5 * (inner + outer) / dz;
+        Strain { axial, lateral, hoop, shear }.stress(medium).times(*stress)
+    }
+
+    /// Stress on the surface at column `i` \[γc_p²\].
+    ///
+    /// * `at`: displacements, see [`NodeRow::columns`]
+    /// * `pressure`: there
+    pub(super) fn surface_stress(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        pressure: f64,
+        i: usize,
+    ) -> Stress {
+        let CellLayer { medium, stress, .. } = &self.layers[0];
+        self.at_row(0).strain(at, pressure, i).stress(medium).times(*stress)
+    }
+
+    /// Stress on the backing at column `i`, likewise.
+    pub(super) fn back_stress(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize) -> Stress {
+        let CellLayer { medium, stress, .. } = self.layer(self.grid.nz);
+        self.at_row(self.grid.nz).back_strain(at, i).stress(medium).times(*stress)
+    }
+
     /// Displacements of a level as the operators read them.
     pub(super) fn reading<'a>(&'a self, level: &'a Level<2>) -> impl Fn(usize, usize, isize) -> f64 + 'a {
         |field, j, i| self.at(level, field, j, i)

@@ -11,10 +11,11 @@ use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{Engine, Full, Instructions},
     cell_scheme::CellScheme,
-    cells,
+    cells::{self, Stress},
     cone::LightCone,
     reference::{Level, Levels, Reference, Scheme, motion, node_by_node},
     scheme,
+    strength::Strength,
 };
 use crate::{
     grid::{Back, Bond, Grid},
@@ -217,6 +218,19 @@ impl Scheme<2> for CellScheme {
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
         self.at_row(self.grid.nz).back_strain(self.reading(level), i).largest_on_face()
+    }
+
+    fn strengths(&self) -> &[Strength] {
+        CellScheme::strengths(self)
+    }
+
+    fn cell_stress(&self, now: &Level<2>, j: usize, i: usize) -> Option<Stress> {
+        (j != self.grid.layer(j).last()).then(|| CellScheme::cell_stress(self, self.reading(now), j, i))
+    }
+
+    fn face_stress(&self, now: &Level<2>, pressure: f64, row: usize, i: usize) -> Option<Stress> {
+        let at = self.reading(now);
+        Some(if row == 0 { self.surface_stress(at, pressure, i) } else { self.back_stress(at, i) })
     }
 }
 

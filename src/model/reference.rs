@@ -206,7 +206,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
 
     /// True if the target has a back: where a half-space is cut off there is none.
     fn has_back(&self) -> bool {
-        self.strained.is_none()
+        self.grid.is_layer
     }
 
     /// Records the strains of cells and on the backing at level k.
@@ -236,7 +236,8 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// * `pressure`: on the surface \[γc_p²\]
     fn note_strengths(&mut self, loaded: usize, pressure: &[f64]) {
         let (level, grid) = (self.level as usize, &self.grid);
-        let Watched { rows, columns } = Watched::at(grid, level, loaded, usize::MAX);
+        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
+        let Watched { rows, columns } = Watched::at(grid, level, loaded, strained);
         let known = |row: usize| self.strengths.get(grid.layer_of(row)).filter(|layer| layer.is_known());
         for row in 0..rows.min(self.rows) {
             let Some(strength) = known(row) else { continue };
@@ -397,7 +398,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.tractions.clone()
     }
 
-    fn strength_peaks(&self) -> RatioPeaks {
+    fn strength_peaks(&mut self) -> RatioPeaks {
         self.ratios.clone()
     }
 

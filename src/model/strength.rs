@@ -1,8 +1,7 @@
 //! How stresses compare with strengths: the largest ratios in a target, and where they first pass 1.
 //!
 //! Strengths change nothing that is computed: beyond them linear elasticity goes on. Stresses are looked at where and when strains are
-//! ([`super::strain`]): in the middle of cells and on both faces. Only targets under [`super::body`] have them: those on graded
-//! meshes, and whatever else needs that engine.
+//! ([`super::strain`]): in the middle of cells and on both faces. Only the full theory has them.
 
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +60,8 @@ impl Strength {
     /// * `traction`: −σ_n and τ \[γc_p²\]
     pub fn bond_ratio(&self, [normal, shear]: [f64; 2]) -> Option<f64> {
         let [tension, slip] = self.bond?;
-        Some(libm::hypot((-normal).max(0.0) / tension, shear / slip))
+        let [opening, slipping] = [(-normal).max(0.0) / tension, shear / slip];
+        Some((opening * opening + slipping * slipping).sqrt())
     }
 }
 
@@ -87,7 +87,8 @@ pub struct Failure {
     pub peak: RatioPeak,
 }
 
-/// A largest ratio of a stress to a strength so far: where there are several, the first that was met.
+/// A largest ratio of a stress to a strength so far: where there are several, that of the earliest step, then nearest to the surface, then to the
+/// axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RatioPeak {
     /// The ratio.
@@ -111,13 +112,34 @@ pub struct RatioPeaks {
     pub bonds: Vec<Option<RatioPeak>>,
 }
 
+impl RatioPeak {
+    /// The larger of two peaks.
+    pub fn larger(self, other: Self) -> Self {
+        let place = |peak: &Self| (peak.step, peak.z, peak.r);
+        let is_first = place(&other) < place(&self);
+        if other.ratio > self.ratio || (other.ratio == self.ratio && is_first) { other } else { self }
+    }
+
+    /// Of two peaks that of the earlier step in which a ratio is beyond 1, in one step the larger.
+    pub fn earlier(self, other: Self) -> Self {
+        if other.ratio <= 1.0 || (self.ratio > 1.0 && self.step < other.step) {
+            self
+        } else if self.ratio > 1.0 && self.step == other.step {
+            self.larger(other)
+        } else {
+            other
+        }
+    }
+}
+
 /// Raises a peak to a ratio, if that is larger.
 fn raise(peak: &mut Option<RatioPeak>, ratio: Option<f64>, step: u64, place: impl Fn() -> (f64, f64)) {
     if let (Some(peak), Some(ratio)) = (peak, ratio)
-        && ratio > peak.ratio
+        && ratio > 0.0
+        && ratio >= peak.ratio
     {
         let (r, z) = place();
-        *peak = RatioPeak { ratio, step, r, z };
+        *peak = peak.larger(RatioPeak { ratio, step, r, z });
     }
 }
 
@@ -126,11 +148,40 @@ impl RatioPeaks {
     ///
     /// * `strengths`: of its layers, from the surface down
     pub fn new(strengths: &[Strength]) -> Self {
-        let start = |is_known: bool| is_known.then(RatioPeak::default);
+        Self { bonds: Self::of_bonds(strengths).bonds, ..Self::within(strengths) }
+    }
+
+    /// Those within its layers.
+    pub fn within(strengths: &[Strength]) -> Self {
+        let start = |is_known: fn(&Strength) -> bool| strengths.iter().any(is_known).then(RatioPeak::default);
         Self {
-            yielding: start(strengths.iter().any(|layer| layer.yielding.is_some())),
-            tensile: start(strengths.iter().any(|layer| layer.tensile.is_some())),
-            bonds: strengths.iter().skip(1).map(|below| start(below.bond.is_some())).collect(),
+            yielding: start(|layer| layer.yielding.is_some()),
+            tensile: start(|layer| layer.tensile.is_some()),
+            bonds: Vec::new(),
+        }
+    }
+
+    /// Those of its bonds.
+    pub fn of_bonds(strengths: &[Strength]) -> Self {
+        let start = |below: &Strength| below.bond.map(|_| RatioPeak::default());
+        Self { bonds: strengths.iter().skip(1).map(start).collect(), ..Self::default() }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> impl Iterator<Item = &RatioPeak> {
+        self.yielding.iter().chain(&self.tensile).chain(self.bonds.iter().flatten())
+    }
+
+    /// Joins those of other stresses to these.
+    ///
+    /// * `join`: [`RatioPeak::larger`] or [`RatioPeak::earlier`]
+    pub fn merge(&mut self, others: &Self, join: impl Fn(RatioPeak, RatioPeak) -> RatioPeak) {
+        let Self { yielding, tensile, bonds } = self;
+        let pairs = [(yielding, &others.yielding), (tensile, &others.tensile)];
+        for (peak, other) in pairs.into_iter().chain(bonds.iter_mut().zip(&others.bonds)) {
+            if let (Some(peak), Some(other)) = (peak, other) {
+                *peak = join(*peak, *other);
+            }
         }
     }
 
@@ -157,17 +208,24 @@ impl RatioPeaks {
 
     /// Strengths that were not passed before.
     pub fn passed(&self, before: &Self) -> Vec<Failure> {
-        let failure = |criterion, interface, now: &Option<RatioPeak>, before: &Option<RatioPeak>| {
-            let is_first = before.is_none_or(|before| before.ratio <= 1.0);
-            let peak = now.filter(|now| is_first && now.ratio > 1.0)?;
+        let mut first = self.clone();
+        // one that was passed before is none of these
+        first.merge(before, |now, before| if before.ratio > 1.0 { RatioPeak::default() } else { now });
+        first.beyond(|_| true)
+    }
+
+    /// Those beyond 1.
+    ///
+    /// * `counts`: which of them
+    pub fn beyond(&self, counts: impl Fn(&RatioPeak) -> bool) -> Vec<Failure> {
+        let failure = |criterion, interface, peak: &Option<RatioPeak>| {
+            let peak = peak.filter(|peak| peak.ratio > 1.0 && counts(peak))?;
             Some(Failure { criterion, interface, peak })
         };
-        let within = [
-            failure(Criterion::Yield, None, &self.yielding, &before.yielding),
-            failure(Criterion::Tensile, None, &self.tensile, &before.tensile),
-        ];
-        let pairs = self.bonds.iter().zip(&before.bonds).enumerate();
-        let bonds = pairs.map(|(number, (now, before))| failure(Criterion::Bond, Some(number), now, before));
-        within.into_iter().chain(bonds).flatten().collect()
+        let within = [(Criterion::Yield, &self.yielding), (Criterion::Tensile, &self.tensile)];
+        let within = within.into_iter().map(|(criterion, peak)| failure(criterion, None, peak));
+        let bonds = self.bonds.iter().enumerate();
+        let bonds = bonds.map(|(number, peak)| failure(Criterion::Bond, Some(number), peak));
+        within.chain(bonds).flatten().collect()
     }
 }

@@ -195,7 +195,7 @@ impl Striker {
     }
 
     /// Largest ratios of stresses to strengths.
-    pub fn strength_peaks(&self) -> RatioPeaks {
+    pub fn strength_peaks(&mut self) -> RatioPeaks {
         let mut peaks = self.model.strength_peaks();
         let RatioPeaks { yielding, tensile, bonds } = &mut peaks;
         let all = yielding.iter_mut().chain(tensile).chain(bonds.iter_mut().flatten());

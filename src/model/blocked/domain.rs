@@ -10,6 +10,7 @@ use super::{
     interface::Interfaces,
     levels::Levels,
     runs::Runs,
+    strengths::Ratios,
     theory::Theory,
 };
 use crate::{
@@ -28,6 +29,8 @@ pub struct Domain<S> {
     pub grid: Grid,
     /// What happens at interfaces.
     pub interfaces: Interfaces,
+    /// How stresses compare with strengths.
+    pub ratios: Ratios,
     /// Rows that are advanced at once.
     pub runs: Runs,
     /// The theory: its scheme with the weights.
@@ -69,7 +72,13 @@ impl<S: Theory> Domain<S> {
         assert!(is_plain || grid.layers.iter().all(|layer| layer.steps >= 2), "a layer of one row of cells");
         let interfaces = Interfaces::new(grid.layers.len() - 1);
         let runs = Runs::new(grid, levels.stride());
-        Self { grid: grid.clone(), theory, instructions, levels, interfaces, runs }
+        let ratios = Ratios::new(theory.strengths());
+        Self { grid: grid.clone(), theory, instructions, levels, interfaces, ratios, runs }
+    }
+
+    /// True if what happens first at a level is told.
+    pub fn notes_events(&self) -> bool {
+        self.interfaces.are_watched() || self.ratios.are_watched()
     }
 
     /// Columns by which a tile is shifted from level to level: whole vectors, and no less than the reach.

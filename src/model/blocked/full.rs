@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     grid::{Back, Grid},
-    model::{Field, cell_scheme::CellScheme, scheme},
+    model::{Field, cell_scheme::CellScheme, scheme, strain::Watched, strength::Strength},
 };
 
 /// The scheme of cells, with its weights by layer.
@@ -168,6 +168,21 @@ impl Theory for Full {
                 },
             }
         }
+    }
+
+    fn strengths(&self) -> &[Strength] {
+        self.scheme.strengths()
+    }
+
+    unsafe fn take_ratios(
+        domain: &Domain<Self>,
+        level: usize,
+        part: (&Range<usize>, &Range<usize>),
+        watched: Watched,
+        pressure: Option<&[f64]>,
+    ) {
+        let at = unsafe { domain.at(level) };
+        domain.ratios.take(&domain.theory.scheme, &at, level, part, watched, pressure);
     }
 
     unsafe fn reflect(domain: &Domain<Self>, level: usize, rows: &Range<usize>, columns: &Range<usize>) {

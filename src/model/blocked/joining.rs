@@ -29,6 +29,18 @@ impl<S: Theory> Domain<S> {
         let impedances = self.impedances(interface);
         let shares = scheme::shares(impedances);
         let stiffness = scheme::traction_weight(impedances, self.grid.dt());
+        self.ratios.take_tractions(&self.grid, interface, level - 1, &columns, |i| {
+            [0, 1].map(|field| match self.shares(interface, field) {
+                true => {
+                    // SAFETY: the caller's promise; no slice of the rows lives
+                    let [upper, lower] = self.rows_of(interface).map(|row| unsafe {
+                        self.levels.at(level, row, field * self.levels.lateral(), i as isize)
+                    });
+                    stiffness * (upper - lower)
+                }
+                false => 0.0,
+            })
+        });
         for field in (0..S::FIELDS).filter(|field| self.shares(interface, *field)) {
             // SAFETY: the caller's promise; they are two rows
             let [upper, lower] = self

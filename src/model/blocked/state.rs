@@ -4,7 +4,7 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, lane::BLOCK, theory::Theory, tiles::RowPeak};
+use super::{Engine, lane::BLOCK, strengths::FoundRatios, theory::Theory, tiles::RowPeak};
 use crate::{
     model::{InterfacePeaks, Tension, cone::ConeState, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},
@@ -18,6 +18,7 @@ struct EngineState {
     strain: CellPeak,
     tensions: Vec<Tension>,
     tractions: Vec<InterfacePeaks>,
+    ratios: FoundRatios,
 }
 
 impl<T, S: Theory> Engine<T, S> {
@@ -35,13 +36,14 @@ impl<T, S: Theory> Engine<T, S> {
             strain: self.strains.peak(),
             tensions: self.field.domain().interfaces.tensions(),
             tractions: self.field.domain().interfaces.peaks(),
+            ratios: self.field.domain().ratios.found(),
         })?;
         self.field.save(self.written_columns(), out)
     }
 
     pub(super) fn read_state(&mut self, level: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {
         assert!(self.level == 0, "a target that has moved");
-        let EngineState { cone, peaks, strain, tensions, tractions } = from.get()?;
+        let EngineState { cone, peaks, strain, tensions, tractions, ratios } = from.get()?;
         self.cone.set(level, cone)?;
         for peak in peaks {
             StateError::unless(peak.level <= level, "step of the largest strain on the backing", peak.level)?;
@@ -67,6 +69,14 @@ impl<T, S: Theory> Engine<T, S> {
             }
             self.field.domain().interfaces.note_peaks(interface, peaks);
         }
+        let bonds = self.field.domain().ratios.found().largest.bonds.len();
+        for peaks in [&ratios.largest, &ratios.first] {
+            StateError::unless(peaks.bonds.len() == bonds, "number of bonds", peaks.bonds.len())?;
+            for peak in peaks.all() {
+                StateError::unless(peak.step <= level as u64, "step of the largest ratio", peak.step)?;
+            }
+        }
+        self.field.domain().ratios.set(ratios);
         (self.level, self.reached, self.peaks) = (level, level, peaks);
         self.field.load(self.written_columns(), from)
     }

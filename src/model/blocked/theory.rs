@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::{domain::Domain, energy::EnergySum, runs::Run, sampler::SurfaceMotion, workers::Workers};
 use crate::{
     grid::{Back, Grid},
-    model::Field,
+    model::{Field, strain::Watched, strength::Strength},
 };
 
 /// A row of nodes that a frame shows.
@@ -93,6 +93,25 @@ pub trait Theory: Send + Sync + Sized + 'static {
         columns: Range<usize>,
         energies: &mut [EnergySum],
     );
+
+    /// What the layers bear, from the surface down, if stresses are compared with it.
+    fn strengths(&self) -> &[Strength] {
+        &[]
+    }
+
+    /// Records how stresses at a level compare with strengths, see [`super::strengths::Ratios::take`].
+    ///
+    /// # Safety
+    ///
+    /// The nodes, and a row and a column around them, hold that level.
+    unsafe fn take_ratios(
+        _domain: &Domain<Self>,
+        _level: usize,
+        _part: (&Range<usize>, &Range<usize>),
+        _watched: Watched,
+        _pressure: Option<&[f64]>,
+    ) {
+    }
 
     /// Writes the images of `rows` and `columns`, some of them, that have just been advanced to `level`.
     ///

@@ -127,6 +127,8 @@ impl LevelTask {
                 gauge.after(domain, &rows, &columns, motion);
             }
             self.strains.take(domain, level - 1, &rows, &columns, self.watched);
+            let pressure = motion.map(|motion| motion.pressure);
+            S::take_ratios(domain, level - 1, (&rows, &columns), self.watched, pressure);
         }
     }
 }
@@ -197,7 +199,7 @@ impl<S: Theory> Pass<S> {
             //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
             //   levels: t + 2) only by tiles that are shifted R rows and [`Domain::shift`] columns farther per level, which is
             //   past them;
-            // - a sampler, a gauge and what takes strains read what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
+            // - a sampler, a gauge and what takes strains and stresses read what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
             //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down

@@ -85,7 +85,10 @@ fn elastic_twins(
     let grid = grid(noise, seed, MeshKind::Matched).with_cells_between_nodes();
     let fields = if cfg!(miri) { vec![Field::VelocityR, Field::Stress] } else { Field::ALL.to_vec() };
     let shown = setting.small(fields, coverage);
-    let theory = elastic::theory(grid.clone(), 0.5, damping);
+    let mut theory = elastic::theory(grid.clone(), 0.5, damping);
+    if coverage.is_none() {
+        theory = theory.with_strengths(strengths(seed, &grid));
+    }
     let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
     let reference = theory.reference(coverage.map_or(setting.coverage, |_| Coverage::Field), shown);
@@ -114,6 +117,7 @@ fn axial_layers(noise: &mut Noise, seed: u64) -> Twins<Axial, Rakhmatulin, 1> {
 fn elastic_layers(noise: &mut Noise, seed: u64) -> Twins<Full, CellScheme, 2> {
     let (setting, (stack, nr)) = (setting(noise, seed), layers(noise));
     let (grid, theory) = stack.full(nr, 0.3);
+    let theory = theory.with_strengths(strengths(seed, &grid));
     let shown = setting.shown(vec![Field::VelocityR, Field::Stress], gauges(noise, &grid));
     let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
