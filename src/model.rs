@@ -21,8 +21,7 @@
 //! damping    lateral damping of a row
 //! cells      rows of nodes of the full theory
 //! levels     a field in memory, and the part of it that kernels get
-//! domain     levels and a theory
-//! theory     what the engine asks of a theory
+//! domain     levels and a theory, and what the engine asks of one
 //! axial      the simplified theory, with weights by layer and column
 //! full       the full theory, likewise
 //! parts      numbers that several threads write

@@ -52,7 +52,6 @@ mod strengths;
 mod sync;
 #[cfg(test)]
 mod tests;
-mod theory;
 mod tiles;
 mod tiling;
 mod workers;
@@ -61,11 +60,10 @@ pub use axial::{Axial, Plate};
 pub use dispatch::Instructions;
 pub use full::Full;
 
-use domain::Domain;
+use domain::{Domain, SurfaceMotion, Theory};
 use gauge::Gauge;
-use sampler::{Sampler, SurfaceMotion};
+use sampler::Sampler;
 use strains::Strains;
-use theory::Theory;
 use tiles::{LevelTask, RowPeak};
 use tiling::Sizes;
 use workers::{Ended, Workers};
@@ -281,7 +279,7 @@ impl<T: Send, S: Theory> Model<T> for Engine<T, S> {
     fn predict(&mut self, surface: &mut Surface) {
         // what is beyond is at rest, and free
         let free = &mut surface.free[..self.cone.next_columns()];
-        S::free_surface(&self.field, self.level + 1, &mut self.room, free);
+        self.field.free_surface(self.level + 1, &mut self.room, free);
         surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dt()));
     }
 

@@ -5,15 +5,13 @@ use std::ops::Range;
 use super::{
     cells::largest_stretch,
     corner::add_corner,
-    domain::Domain,
+    dispatch::Instructions,
+    domain::{Domain, ShownRow, SurfaceMotion, Theory},
     energy::EnergySum,
     kernel::{Advance, FreeSurface},
-    lane::padded,
-    levels::{CornerTerm, Patch, Radial},
+    lane::{BLOCK, padded},
+    levels::{CornerTerm, Levels, Patch, Radial},
     runs::Run,
-    sampler::SurfaceMotion,
-    theory::{ShownRow, Theory},
-    workers::Workers,
 };
 use crate::{
     grid::{Back, Grid},
@@ -120,6 +118,21 @@ enum StressAt {
 }
 
 impl Domain<Axial> {
+    /// A mesh of the simplified theory at rest.
+    ///
+    /// * `plates`: layers from the surface down
+    /// * `corner`: the mixed-derivative correction, if there is one
+    pub fn axial(
+        grid: &Grid,
+        plates: &[Plate<'_>],
+        corner: Option<Corner>,
+        instructions: Instructions,
+    ) -> Self {
+        let levels = Levels::new(Corner::levels(corner.as_ref()), Axial::FIELDS, grid.nz + 2, grid.nr());
+        let theory = Axial::new(grid, plates, corner, levels.columns());
+        Self::new(grid, levels, theory, instructions)
+    }
+
     /// What kernels get to advance rows of a run from row `j` on to `level`.
     fn patch(&self, level: usize, run: &Run, j: usize) -> Patch<'_> {
         Patch {
@@ -248,17 +261,17 @@ impl Theory for Axial {
         }
     }
 
-    fn free_surface(field: &Workers<Self>, level: usize, sums: &mut Vec<f64>, free: &mut [f64]) {
-        let domain = field.domain();
-        let [earlier, now] = [domain.levels.two_below(level), level - 1];
+    unsafe fn free_surface(domain: &Domain<Self>, level: usize, sums: &mut Vec<f64>, free: &mut [f64]) {
+        let Domain { levels, theory, .. } = domain;
+        let line = |level: usize, j: usize| unsafe { levels.part(level, j, 0..levels.columns() + BLOCK) };
+        let [earlier, now] = [levels.two_below(level), level - 1];
         domain.instructions.run(FreeSurface {
-            before: field.row(earlier, 0),
-            now: [0, 1].map(|j| field.row(now, j)),
-            radial: domain.theory.radial(0),
-            corner: domain
-                .theory
+            before: line(earlier, 0),
+            now: [0, 1].map(|j| line(now, j)),
+            radial: theory.radial(0),
+            corner: theory
                 .corner(0)
-                .map(|corner| (corner, [earlier, now].map(|level| [0, 2].map(|j| field.row(level, j))))),
+                .map(|corner| (corner, [earlier, now].map(|level| [0, 2].map(|j| line(level, j))))),
             sums,
             free,
         });

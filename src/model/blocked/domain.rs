@@ -1,22 +1,222 @@
-//! What the engine works on: levels of a field, and the weights of the scheme.
+//! What the engine works on: levels of a field, and a theory: its scheme with the weights of layers and columns, row by row, and what is shown of it.
+//!
+//! [`super::axial`] has one displacement, [`super::full`] two.
 
 use std::ops::Range;
 
 use super::{
-    axial::{Axial, Plate},
     dispatch::Instructions,
     energy::EnergySum,
-    full::Full,
     interface::Interfaces,
     levels::Levels,
-    runs::Runs,
+    runs::{Run, Runs},
     strengths::Ratios,
-    theory::Theory,
 };
 use crate::{
     grid::{Back, Grid},
-    model::{cell_scheme::CellScheme, scheme::Corner},
+    model::{Field, strain::Watched, strength::Strength},
 };
+
+/// What the contact has settled for row 0.
+#[derive(Clone, Copy)]
+pub struct SurfaceMotion<'a> {
+    /// Displacement at the level to come, out to the last column that has moved.
+    pub displacement: &'a [f64],
+    /// What that would be without the contact.
+    pub free: &'a [f64],
+    /// Displacement u_r at the level to come, with cells.
+    pub lateral: &'a [f64],
+    /// Pressure on the way to it.
+    pub pressure: &'a [f64],
+}
+
+/// A row of nodes that a frame shows.
+pub struct ShownRow<'a> {
+    /// Number of the row.
+    pub j: usize,
+    /// Columns, of which every so many are shown, from the first on.
+    pub columns: Range<usize>,
+    /// See `columns`.
+    pub every: usize,
+    /// u^{k−1} of the nodes that are shown, if it is gone and asked for.
+    pub before: &'a [f64],
+    /// Pressure on the surface, by column, if this is its row.
+    pub pressure: Option<&'a [f64]>,
+}
+
+impl ShownRow<'_> {
+    /// Writes what is shown.
+    ///
+    /// * `number`: of the node in the i-th of the columns
+    pub fn fill(&self, values: &mut [f32], number: impl Fn(usize) -> f64) {
+        if self.every == 1 {
+            values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i) as f32);
+        } else {
+            values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i * self.every) as f32);
+        }
+    }
+}
+
+/// A theory under the fast engine.
+///
+/// # Safety
+///
+/// Of all functions: the field holds what they read, and no other thread writes to it or touches what they write. They read a row, columns or a node at level k, as many
+/// rows and columns around as [`Theory::reach`] and [`Theory::lateral_reach`] say, and level k−1 of what they advance.
+#[expect(unsafe_code, reason = "several threads update the field in place")]
+pub trait Theory: Send + Sync + Sized + 'static {
+    /// Number of displacements.
+    const FIELDS: usize;
+    /// True if level k−1 still stands when k+1 has been written.
+    const KEEPS_EARLIER: bool;
+    /// Room that the free surface takes from step to step.
+    type Room: Default + Send;
+
+    /// Impedance of a layer \[γc_p of the struck one\].
+    fn impedance(&self, layer: usize) -> f64;
+
+    /// Axial steps around a node that its next level depends on.
+    fn reach(&self) -> usize;
+
+    /// Columns around a node that its next level depends on.
+    fn lateral_reach(&self) -> usize;
+
+    /// The last row that moves.
+    fn last_row(grid: &Grid) -> usize;
+
+    /// True if there is strain on such a back.
+    fn strains_back(back: Back) -> bool;
+
+    /// Advances rows of a run; faces at interfaces as if their layer were by itself.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`].
+    unsafe fn advance_run(
+        domain: &Domain<Self>,
+        level: usize,
+        run: &Run,
+        rows: Range<usize>,
+        columns: Range<usize>,
+    );
+
+    /// The same with energies, but not those of faces at interfaces.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`].
+    unsafe fn advance_and_count(
+        domain: &Domain<Self>,
+        level: usize,
+        run: &Run,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        energies: &mut [EnergySum],
+    );
+
+    /// What the layers bear, from the surface down, if stresses are compared with it.
+    fn strengths(&self) -> &[Strength] {
+        &[]
+    }
+
+    /// Records how stresses at a level compare with strengths, see [`super::strengths::Ratios::take`].
+    ///
+    /// # Safety
+    ///
+    /// The nodes, and a row and a column around them, hold that level.
+    unsafe fn take_ratios(
+        _domain: &Domain<Self>,
+        _level: usize,
+        _part: (&Range<usize>, &Range<usize>),
+        _watched: Watched,
+        _pressure: Option<&[f64]>,
+    ) {
+    }
+
+    /// Writes the images of `rows` and `columns`, some of them, that have just been advanced to `level`.
+    ///
+    /// # Safety
+    ///
+    /// No other thread touches these columns of the rows and their images meanwhile.
+    unsafe fn reflect(domain: &Domain<Self>, level: usize, rows: &Range<usize>, columns: &Range<usize>);
+
+    /// Displacement u_z of the surface at `level`, if it were free of stress, in the first columns.
+    ///
+    /// # Safety
+    ///
+    /// The surface and [`Theory::reach`] rows below it hold the two levels before.
+    unsafe fn free_surface(domain: &Domain<Self>, level: usize, room: &mut Self::Room, free: &mut [f64]);
+
+    /// Displacement u_r of the free surface in so many columns, if there is one.
+    fn lateral(room: &mut Self::Room, columns: usize) -> &[f64];
+
+    /// Energy of the surface on the way to `level`: that of forces on a free surface, without damping.
+    ///
+    /// # Safety
+    ///
+    /// The surface and what is around it hold the two levels before.
+    unsafe fn surface_energy(
+        domain: &Domain<Self>,
+        level: usize,
+        columns: &Range<usize>,
+        motion: SurfaceMotion<'_>,
+    ) -> EnergySum;
+
+    /// Area of a node at an interface and the force on it by its own layer.
+    ///
+    /// * `node`: number of the displacement, row, column
+    /// * `ends`: u^{k−1}, and u^{k+1} if its layer were by itself
+    ///
+    /// # Safety
+    ///
+    /// The node and what is around it hold the level before, with the mixed-derivative correction that before it too.
+    unsafe fn face_force(domain: &Domain<Self>, level: usize, node: [usize; 3], ends: [f64; 2])
+    -> (f64, f64);
+
+    /// Shows a field in a row that has been advanced to `level`, as it was at the level before.
+    ///
+    /// # Safety
+    ///
+    /// The row holds both levels, and what is around it the one before.
+    unsafe fn show(domain: &Domain<Self>, level: usize, field: Field, row: &ShownRow<'_>, values: &mut [f32]);
+
+    /// Stress −σ_zz of a node, row and column, at `level`.
+    ///
+    /// * `pressure`: on it, if it is on the surface
+    ///
+    /// # Safety
+    ///
+    /// The node and what is around it hold the level.
+    unsafe fn stress(domain: &Domain<Self>, level: usize, node: [usize; 2], pressure: Option<f64>) -> f64;
+
+    /// Largest strain on the surface at column `i`, by magnitude.
+    ///
+    /// * `at`: displacements by number, row and column
+    /// * `pressure`: there
+    fn surface_strain(&self, at: impl Fn(usize, usize, isize) -> f64, pressure: f64, i: usize) -> f64;
+
+    /// Largest strain of the cells below row `j`, which is not the last of its layer, of `columns` at a level.
+    ///
+    /// # Safety
+    ///
+    /// Both rows hold that level in `columns` and the column before.
+    unsafe fn largest_strain(domain: &Domain<Self>, level: usize, j: usize, columns: &Range<usize>) -> f64;
+
+    /// Strain of the cell below row `j` at column `i`, as above.
+    ///
+    /// * `at`: displacements by number, row and column
+    fn cell_strain(&self, grid: &Grid, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize) -> f64;
+
+    /// What tells the strain on the back, by column, and the level of it: `level`, or the one before where it needs neighbours.
+    ///
+    /// # Safety
+    ///
+    /// The last row that moves holds these levels in `columns`, and what is around it the one before.
+    unsafe fn back(domain: &Domain<Self>, level: usize, columns: &Range<usize>) -> (usize, Vec<f64>);
+
+    /// Strain on the back by what tells it.
+    fn back_strain(grid: &Grid, value: f64) -> f64;
+}
 
 /// What the engine works on.
 ///
@@ -39,35 +239,9 @@ pub struct Domain<S> {
     pub instructions: Instructions,
 }
 
-impl Domain<Axial> {
-    /// A mesh of the simplified theory at rest.
-    ///
-    /// * `plates`: layers from the surface down
-    /// * `corner`: the mixed-derivative correction, if there is one
-    pub fn axial(
-        grid: &Grid,
-        plates: &[Plate<'_>],
-        corner: Option<Corner>,
-        instructions: Instructions,
-    ) -> Self {
-        let levels = Levels::new(Corner::levels(corner.as_ref()), Axial::FIELDS, grid.nz + 2, grid.nr());
-        let theory = Axial::new(grid, plates, corner, levels.columns());
-        Self::new(grid, levels, theory, instructions)
-    }
-}
-
-impl Domain<Full> {
-    /// A mesh of the full theory at rest.
-    pub fn full(scheme: CellScheme, instructions: Instructions) -> Self {
-        let grid = scheme.grid().clone();
-        let levels = Levels::new(3, Full::FIELDS, grid.nz + 2, grid.nr());
-        let theory = Full::new(scheme, levels.columns());
-        Self::new(&grid, levels, theory, instructions)
-    }
-}
-
 impl<S: Theory> Domain<S> {
-    fn new(grid: &Grid, levels: Levels, theory: S, instructions: Instructions) -> Self {
+    /// A mesh at rest.
+    pub fn new(grid: &Grid, levels: Levels, theory: S, instructions: Instructions) -> Self {
         let is_plain = grid.layers.len() == 1 && grid.back == Back::Rigid;
         assert!(is_plain || grid.layers.iter().all(|layer| layer.steps >= 2), "a layer of one row of cells");
         let interfaces = Interfaces::new(grid.layers.len() - 1);

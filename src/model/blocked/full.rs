@@ -5,13 +5,12 @@ use std::ops::Range;
 use super::{
     cells::{BACKING, CellMarch, CellPatch, CellRow, CellWeights, FREE, INTERIOR, MEMBRANE, SURFACE},
     damping,
-    domain::Domain,
+    dispatch::Instructions,
+    domain::{Domain, ShownRow, SurfaceMotion, Theory},
     energy::EnergySum,
     lane::BLOCK,
+    levels::Levels,
     runs::Run,
-    sampler::SurfaceMotion,
-    theory::{ShownRow, Theory},
-    workers::Workers,
 };
 use crate::{
     grid::{Back, Grid},
@@ -36,6 +35,14 @@ impl Full {
 
 #[expect(unsafe_code, reason = "several threads update the field in place")]
 impl Domain<Full> {
+    /// A mesh of the full theory at rest.
+    pub fn full(scheme: CellScheme, instructions: Instructions) -> Self {
+        let grid = scheme.grid().clone();
+        let levels = Levels::new(3, Full::FIELDS, grid.nz + 2, grid.nr());
+        let theory = Full::new(scheme, levels.columns());
+        Self::new(&grid, levels, theory, instructions)
+    }
+
     /// What kernels get to advance rows of a layer to `level`.
     fn patch(&self, level: usize, layer: usize) -> CellPatch<'_> {
         let next = self.levels.origin(level);
@@ -84,7 +91,7 @@ impl Domain<Full> {
     /// # Safety
     ///
     /// Rows 0 and 1 hold the two levels before, images among them; no other thread touches row 0 or writes to row 1.
-    unsafe fn free_surface(&self, level: usize, free: &mut [Vec<f64>; 2]) {
+    unsafe fn surface_if_free(&self, level: usize, free: &mut [Vec<f64>; 2]) {
         let columns = free[0].len();
         assert!(
             columns <= self.levels.columns() && free[1].len() == columns && columns.is_multiple_of(BLOCK)
@@ -195,12 +202,10 @@ impl Theory for Full {
         }
     }
 
-    fn free_surface(field: &Workers<Self>, level: usize, room: &mut [Vec<f64>; 2], free: &mut [f64]) {
+    unsafe fn free_surface(domain: &Domain<Self>, level: usize, room: &mut [Vec<f64>; 2], free: &mut [f64]) {
         let blocks = free.len().next_multiple_of(BLOCK);
         room.iter_mut().for_each(|free| free.resize(blocks, 0.0));
-        field.check(1);
-        // SAFETY: passes under way do not come up to rows 0 and 1, and no thread writes to them meanwhile
-        unsafe { field.domain().free_surface(level, room) }
+        unsafe { domain.surface_if_free(level, room) }
         free.copy_from_slice(&room[0][..free.len()]);
     }
 

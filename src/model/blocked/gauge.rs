@@ -4,7 +4,10 @@
 
 use std::{ops::Range, sync::Arc};
 
-use super::{domain::Domain, parts::Parts, sampler::SurfaceMotion, theory::Theory};
+use super::{
+    domain::{Domain, SurfaceMotion, Theory},
+    parts::Parts,
+};
 use crate::model::{
     gauge::{GaugePlan, GaugeValues, PointState},
     scheme,

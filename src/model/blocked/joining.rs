@@ -2,7 +2,11 @@
 
 use std::ops::Range;
 
-use super::{domain::Domain, energy::EnergySum, interface::Traction, theory::Theory};
+use super::{
+    domain::{Domain, Theory},
+    energy::EnergySum,
+    interface::Traction,
+};
 use crate::{grid::Bond, model::scheme};
 
 /// Displacements of both rows of an interface, of each u_z and u_r if there is one.

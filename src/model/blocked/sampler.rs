@@ -8,28 +8,14 @@
 use std::{ops::Range, sync::Arc};
 
 use super::{
-    domain::Domain,
+    domain::{Domain, ShownRow, SurfaceMotion, Theory},
     energy::EnergySum,
     parts::Parts,
-    theory::{ShownRow, Theory},
 };
 use crate::{
     grid::Grid,
     model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy},
 };
-
-/// What the contact has settled for row 0.
-#[derive(Clone, Copy)]
-pub struct SurfaceMotion<'a> {
-    /// Displacement at the level to come, out to the last column that has moved.
-    pub displacement: &'a [f64],
-    /// What that would be without the contact.
-    pub free: &'a [f64],
-    /// Displacement u_r at the level to come, with cells.
-    pub lateral: &'a [f64],
-    /// Pressure on the way to it.
-    pub pressure: &'a [f64],
-}
 
 /// A sampler of the field at level k, a frame, on its way to level k+1.
 pub struct Sampler {

@@ -4,7 +4,7 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, lane::BLOCK, strengths::FoundRatios, theory::Theory, tiles::RowPeak};
+use super::{Engine, domain::Theory, lane::BLOCK, strengths::FoundRatios, tiles::RowPeak};
 use crate::{
     model::{InterfacePeaks, Tension, cone::ConeState, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},

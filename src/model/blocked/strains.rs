@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use super::{domain::Domain, theory::Theory};
+use super::domain::{Domain, Theory};
 use crate::model::strain::{CellPeak, Watched};
 
 /// The largest strain of cells, of which all threads take note.

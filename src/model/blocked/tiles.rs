@@ -31,14 +31,13 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    domain::Domain,
+    domain::{Domain, SurfaceMotion, Theory},
     gauge::Gauge,
     handover::TileRows,
     lane::BLOCK,
     progress::Order,
-    sampler::{Sampler, SurfaceMotion},
+    sampler::Sampler,
     strains::Strains,
-    theory::Theory,
     tiling::{Sizes, Tiling},
 };
 use crate::model::{cone::ActiveRegion, strain::Watched};

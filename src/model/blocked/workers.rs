@@ -6,12 +6,10 @@
 use std::sync::Arc;
 
 use super::{
-    domain::Domain,
+    domain::{Domain, SurfaceMotion, Theory},
     handover::HandOver,
     lane::BLOCK,
     levels::Levels,
-    sampler::SurfaceMotion,
-    theory::Theory,
     tiles::{LevelTask, Pass, RowPeak},
     tiling::{Sizes, Tiling},
 };
@@ -83,7 +81,7 @@ impl<S: Theory> Workers<S> {
     }
 
     /// Panics if a pass may be writing to row `j`.
-    pub fn check(&self, j: usize) {
+    fn check(&self, j: usize) {
         assert!(
             self.passes.is_empty() || j < self.domain.grid.rows_at(0..self.band_rows() - 1).end,
             "row {j} while the interior is being advanced"
@@ -95,6 +93,13 @@ impl<S: Theory> Workers<S> {
         self.check(j);
         // SAFETY: passes are begun by `&mut self`; those under way do not come up to the band
         unsafe { self.levels().part(level, j, 0..self.levels().columns() + BLOCK) }
+    }
+
+    /// Displacement u_z of the surface at `level` if it were free of stress, see [`Theory::free_surface`].
+    pub fn free_surface(&self, level: usize, room: &mut S::Room, free: &mut [f64]) {
+        self.check(self.domain.theory.reach());
+        // SAFETY: passes under way do not come up to these rows, and no thread writes to them meanwhile
+        unsafe { S::free_surface(&self.domain, level, room, free) }
     }
 
     /// Largest strain on the surface at a level in column `i`.

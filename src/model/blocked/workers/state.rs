@@ -7,7 +7,7 @@ use std::io;
 
 use super::Workers;
 use crate::{
-    model::blocked::theory::Theory,
+    model::blocked::domain::Theory,
     state::{StateError, StateReader, StateWriter},
 };
 
