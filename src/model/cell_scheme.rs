@@ -80,7 +80,9 @@ impl CellScheme {
             j if j == rows.last() => Row::Backing,
             _ => Row::Interior,
         };
-        NodeRow { scheme: self, layer: self.layer(j), interface: self.grid.interface_of(j), j, row }
+        let number = self.grid.layer_of(j);
+        let (layer, strength) = (&self.layers[number], &self.strengths[number]);
+        NodeRow { scheme: self, layer, strength, interface: self.grid.interface_of(j), j, row }
     }
 
     /// The layer of row `j`.
@@ -274,6 +276,7 @@ impl CellScheme {
 pub(super) struct NodeRow<'a> {
     scheme: &'a CellScheme,
     layer: &'a CellLayer,
+    strength: &'a Strength,
     /// Number of the interface it is at, if it is at one.
     interface: Option<usize>,
     j: usize,
@@ -396,10 +399,10 @@ impl NodeRow<'_> {
     /// # Panics
     ///
     /// If the field is none of stress.
+    #[inline]
     pub(super) fn stress(&self, field: Field, strain: &Strain) -> f64 {
         let CellLayer { medium, stress: unit, .. } = self.layer;
-        let strength = &self.scheme.strengths[self.scheme.grid.layer_of(self.j)];
-        strength.shown(field, &strain.stress(medium), *unit)
+        self.strength.shown(field, &strain.stress(medium), *unit)
     }
 }
 

@@ -539,6 +539,7 @@ impl Stress {
     /// # Panics
     ///
     /// If the field is none of stress.
+    #[inline(always)]
     pub fn shown(&self, field: Field) -> f64 {
         match field {
             Field::Stress => -self.zz,

@@ -39,6 +39,7 @@ impl Strength {
     /// # Panics
     ///
     /// If the field is none of stress.
+    #[inline(always)]
     pub fn shown(&self, field: Field, stress: &Stress, unit: f64) -> f64 {
         match field {
             Field::DamageRatio => self.largest_ratio(&stress.times(unit)),

@@ -263,14 +263,15 @@ impl Theory for Full {
             let pressure = row.pressure.map_or(0.0, |pressure| pressure[i]);
             nodes.stress(field, &nodes.strain(&now, pressure, i))
         };
-        let first = row.columns.start;
-        row.fill(values, |i| match field {
-            Field::Displacement => now(0, j, (first + i) as isize),
-            Field::DisplacementR => now(1, j, (first + i) as isize),
-            Field::Velocity => velocity(0, first + i),
-            Field::VelocityR => velocity(1, first + i),
-            _ => stress(first + i),
-        });
+        for (value, i) in values.iter_mut().zip(row.columns.clone().step_by(row.every)) {
+            *value = match field {
+                Field::Displacement => now(0, j, i as isize),
+                Field::DisplacementR => now(1, j, i as isize),
+                Field::Velocity => velocity(0, i),
+                Field::VelocityR => velocity(1, i),
+                _ => stress(i),
+            } as f32;
+        }
     }
 
     unsafe fn stress(domain: &Domain<Self>, level: usize, [j, i]: [usize; 2], pressure: Option<f64>) -> f64 {
