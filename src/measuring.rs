@@ -22,6 +22,7 @@ pub fn units(units: Units) -> measures::Units {
 /// The measures of a case of which nothing is known.
 ///
 /// * `interfaces`: their numbers in target and indenter
+#[cfg(feature = "cli")]
 pub fn nothing(interfaces: [usize; 2]) -> Vec<Measure> {
     let interfaces = interfaces.map(|count| vec![Default::default(); count]);
     Observations::default().measures(&Said { interfaces, ..Said::default() })
