@@ -259,7 +259,7 @@ impl<T, S: Theory> Engine<T, S> {
         #[expect(unsafe_code, reason = "a field that threads share")]
         let (level, back) = unsafe { S::back(domain, self.level, &columns) };
         let start = RowPeak { level, ..RowPeak::default() };
-        self.note_peak((0..).zip(&back).fold(start, |peak, (i, value)| peak.with(*value, level, i)));
+        self.note_peak((0..).zip(back.iter()).fold(start, |peak, (i, value)| peak.with(*value, level, i)));
     }
 
     /// True if what the next step shows is complete.

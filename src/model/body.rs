@@ -363,6 +363,12 @@ impl<'a> Reading<'a> {
     }
 }
 
+/// Displacements at both sides of cells of a row, from number 1 on.
+#[inline(always)]
+fn beside<'a>(row: &'a [f64], cells: &Range<usize>) -> Sides<'a> {
+    [&row[cells.start - 1..cells.end - 1], &row[cells.clone()]]
+}
+
 /// Displacements at the inner sides of the first cells of a row, the first one being an image about the axis.
 ///
 /// * `sign`: of the image
@@ -481,16 +487,10 @@ impl March<'_> {
         ];
         let mut inner = Reading::new(sides, columns, 0..BLOCK).forces(zero, &wide, 0);
         // the cells at the outer sides of the nodes
-        let outside = L::WIDTH..L::WIDTH + width;
-        let inside = L::WIDTH - 1..L::WIDTH - 1 + width;
-        let sides = [
-            [
-                [&u[inside.clone()], &u[outside.clone()]],
-                [&u_below[inside.clone()], &u_below[outside.clone()]],
-            ],
-            [[&v[inside.clone()], &v[outside.clone()]], [&v_below[inside], &v_below[outside.clone()]]],
-        ];
-        let reading = Reading::new(sides, columns, outside);
+        let outer = L::WIDTH..L::WIDTH + width;
+        let sides =
+            [[beside(u, &outer), beside(u_below, &outer)], [beside(v, &outer), beside(v_below, &outer)]];
+        let reading = Reading::new(sides, columns, outer);
         let (u, v) = (&u[..width], &v[..width]);
         let (u_before, v_before) = (&row(&self.before[0], j)[..width], &row(&self.before[1], j)[..width]);
         let [u_next, v_next] = self.next;
@@ -824,9 +824,10 @@ impl Scheme<2> for Body {
 
     fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
         motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
-            let (medium, unit) = &self.layers[self.grid.layer_of(j)];
+            let number = self.grid.layer_of(j);
+            let (medium, unit) = &self.layers[number];
             let stress = self.strain(levels[1], pressure[i], j, i).stress(medium);
-            self.strengths[self.grid.layer_of(j)].shown(field, &stress, *unit)
+            self.strengths[number].shown(field, &stress, *unit)
         })
     }
 

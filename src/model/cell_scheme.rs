@@ -214,24 +214,20 @@ impl CellScheme {
         Strain { axial, lateral, hoop, shear }.stress(medium).times(*stress)
     }
 
-    /// Stress on the surface at column `i` \[γc_p²\].
+    /// Stress on the surface, row 0, or on the backing, at column `i` \[γc_p²\].
     ///
     /// * `at`: displacements, see [`NodeRow::columns`]
-    /// * `pressure`: there
-    pub(super) fn surface_stress(
+    /// * `pressure`: on the node of the surface
+    pub(super) fn face_stress(
         &self,
         at: impl Fn(usize, usize, isize) -> f64,
         pressure: f64,
+        row: usize,
         i: usize,
     ) -> Stress {
-        let CellLayer { medium, stress, .. } = &self.layers[0];
-        self.at_row(0).strain(at, pressure, i).stress(medium).times(*stress)
-    }
-
-    /// Stress on the backing at column `i`, likewise.
-    pub(super) fn back_stress(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize) -> Stress {
-        let CellLayer { medium, stress, .. } = self.layer(self.grid.nz);
-        self.at_row(self.grid.nz).back_strain(at, i).stress(medium).times(*stress)
+        let (nodes, CellLayer { medium, stress, .. }) = (self.at_row(row), self.layer(row));
+        let strain = if row == 0 { nodes.strain(at, pressure, i) } else { nodes.back_strain(at, i) };
+        strain.stress(medium).times(*stress)
     }
 
     /// Displacements of a level as the operators read them.

@@ -229,8 +229,7 @@ impl Scheme<2> for CellScheme {
     }
 
     fn face_stress(&self, now: &Level<2>, pressure: f64, row: usize, i: usize) -> Option<Stress> {
-        let at = self.reading(now);
-        Some(if row == 0 { self.surface_stress(at, pressure, i) } else { self.back_stress(at, i) })
+        Some(CellScheme::face_stress(self, self.reading(now), pressure, row, i))
     }
 }
 

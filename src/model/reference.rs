@@ -209,17 +209,26 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         self.grid.is_layer
     }
 
+    /// Cells that strains and stresses are taken of at level k.
+    ///
+    /// * `loaded`: number of surface nodes that have been in contact
+    fn watched(&self, loaded: usize) -> Watched {
+        let level = self.level as usize;
+        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
+        let Watched { rows, columns } = Watched::at(&self.grid, level, loaded, strained);
+        Watched { rows: rows.min(self.rows), columns: columns.min(self.columns) }
+    }
+
     /// Records the strains of cells and on the backing at level k.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
     fn note_strains(&mut self, loaded: usize) {
         let level = self.level as usize;
-        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
-        let Watched { rows, columns } = Watched::at(&self.grid, level, loaded, strained);
+        let Watched { rows, columns } = self.watched(loaded);
         let backed = if self.has_back() { self.grid.nr() } else { 0 };
         let [cells, backing] = &mut self.peaks;
-        for row in 0..rows.min(self.rows) {
-            for column in 0..columns.min(self.columns) {
+        for row in 0..rows {
+            for column in 0..columns {
                 let strain = self.scheme.cell_strain(&self.now, row, column);
                 *cells = cells.larger(CellPeak { strain, level, row, column });
             }
@@ -235,13 +244,11 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// * `loaded`: number of surface nodes that have been in contact
     /// * `pressure`: on the surface \[γc_p²\]
     fn note_strengths(&mut self, loaded: usize, pressure: &[f64]) {
-        let (level, grid) = (self.level as usize, &self.grid);
-        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
-        let Watched { rows, columns } = Watched::at(grid, level, loaded, strained);
+        let (grid, Watched { rows, columns }) = (&self.grid, self.watched(loaded));
         let known = |row: usize| self.strengths.get(grid.layer_of(row)).filter(|layer| layer.is_known());
-        for row in 0..rows.min(self.rows) {
+        for row in 0..rows {
             let Some(strength) = known(row) else { continue };
-            for column in 0..columns.min(self.columns) {
+            for column in 0..columns {
                 let Some(stress) = self.scheme.cell_stress(&self.now, row, column) else { continue };
                 self.ratios.take(strength, &stress, self.level, || strain::middle(grid, row, column));
             }

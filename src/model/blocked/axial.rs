@@ -1,6 +1,6 @@
 //! The simplified theory, [`crate::model::scheme`], under the engine.
 
-use std::ops::Range;
+use std::{borrow::Cow, ops::Range};
 
 use super::{
     cells::largest_stretch,
@@ -169,6 +169,17 @@ impl Domain<Axial> {
     }
 }
 
+/// Writes every so many of some numbers, from the first on.
+///
+/// * `number`: the i-th of them
+fn fill(values: &mut [f32], every: usize, number: impl Fn(usize) -> f64) {
+    if every == 1 {
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i) as f32);
+    } else {
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i * every) as f32);
+    }
+}
+
 /// Stress at an interface, by [`scheme::interface_stress`].
 ///
 /// * `u`: displacements of its rows
@@ -206,19 +217,7 @@ impl Theory for Axial {
         back == Back::Rigid
     }
 
-    unsafe fn advance_run(
-        domain: &Domain<Self>,
-        level: usize,
-        run: &Run,
-        rows: Range<usize>,
-        columns: Range<usize>,
-    ) {
-        let patch = domain.patch(level, run, rows.start);
-        let work = unsafe { Advance::<false>::new(patch, rows, columns, &[], &mut []) };
-        domain.instructions.run(work);
-    }
-
-    unsafe fn advance_and_count(
+    unsafe fn advance_run<const COUNTS: bool>(
         domain: &Domain<Self>,
         level: usize,
         run: &Run,
@@ -226,20 +225,9 @@ impl Theory for Axial {
         columns: Range<usize>,
         energies: &mut [EnergySum],
     ) {
-        let count = |rows: Range<usize>, columns: Range<usize>, energies: &mut [EnergySum]| {
-            let patch = domain.patch(level, run, rows.start);
-            let work = unsafe { Advance::<true>::new(patch, rows, columns, &domain.theory.area, energies) };
-            domain.instructions.run(work);
-        };
-        if run.around(rows.start).is_none() {
-            return count(rows, columns, energies);
-        }
-        for (j, energy) in rows.zip(energies) {
-            match domain.grid.interface_of(j) {
-                Some(_) => unsafe { Self::advance_run(domain, level, run, j..j + 1, columns.clone()) },
-                None => count(j..j + 1, columns.clone(), std::slice::from_mut(energy)),
-            }
-        }
+        let patch = domain.patch(level, run, rows.start);
+        let work = unsafe { Advance::<COUNTS>::new(patch, rows, columns, &domain.theory.area, energies) };
+        domain.instructions.run(work);
     }
 
     unsafe fn reflect(domain: &Domain<Self>, level: usize, rows: &Range<usize>, columns: &Range<usize>) {
@@ -343,7 +331,7 @@ impl Theory for Axial {
         match (field, row.pressure) {
             (Field::Displacement, _) => {
                 let here = line(now, row.j);
-                row.fill(values, |i| here[i]);
+                fill(values, row.every, |i| here[i]);
             }
             (Field::Velocity, _) => {
                 let next = line(level, row.j).iter().step_by(row.every);
@@ -353,16 +341,16 @@ impl Theory for Axial {
             }
             (Field::Stress, Some(pressure)) => {
                 let pressure = &pressure[row.columns.clone()];
-                row.fill(values, |i| pressure[i]);
+                fill(values, row.every, |i| pressure[i]);
             }
             (Field::Stress, None) => match domain.stress_at(row.j) {
                 StressAt::Row { around, sign, impedance } => {
                     let [above, below] = around.map(|j| line(now, j));
-                    row.fill(values, |i| impedance * scheme::stress(above[i], sign * below[i], dt));
+                    fill(values, row.every, |i| impedance * scheme::stress(above[i], sign * below[i], dt));
                 }
                 StressAt::Interface { rows, impedances } => {
                     let lines = rows.map(|j| line(now, j));
-                    row.fill(values, |i| interface_stress(impedances, dt, lines.map(|line| line[i])));
+                    fill(values, row.every, |i| interface_stress(impedances, dt, lines.map(|line| line[i])));
                 }
             },
             (other, _) => unreachable!("a case of this model does not show {other:?}"),
@@ -393,8 +381,12 @@ impl Theory for Axial {
         (at(0, j + 1, i as isize) - at(0, j, i as isize)).abs() / grid.layer(j).dz
     }
 
-    unsafe fn back(domain: &Domain<Self>, level: usize, columns: &Range<usize>) -> (usize, Vec<f64>) {
-        (level, unsafe { domain.levels.part(level, domain.last_row(), columns.clone()).to_vec() })
+    unsafe fn back<'a>(
+        domain: &'a Domain<Self>,
+        level: usize,
+        columns: &Range<usize>,
+    ) -> (usize, Cow<'a, [f64]>) {
+        (level, unsafe { domain.levels.part(level, domain.last_row(), columns.clone()) }.into())
     }
 
     fn back_strain(grid: &Grid, value: f64) -> f64 {

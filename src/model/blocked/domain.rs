@@ -2,7 +2,7 @@
 //!
 //! [`super::axial`] has one displacement, [`super::full`] two.
 
-use std::ops::Range;
+use std::{borrow::Cow, ops::Range};
 
 use super::{
     dispatch::Instructions,
@@ -44,19 +44,6 @@ pub struct ShownRow<'a> {
     pub pressure: Option<&'a [f64]>,
 }
 
-impl ShownRow<'_> {
-    /// Writes what is shown.
-    ///
-    /// * `number`: of the node in the i-th of the columns
-    pub fn fill(&self, values: &mut [f32], number: impl Fn(usize) -> f64) {
-        if self.every == 1 {
-            values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i) as f32);
-        } else {
-            values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i * self.every) as f32);
-        }
-    }
-}
-
 /// A theory under the fast engine.
 ///
 /// # Safety
@@ -89,23 +76,12 @@ pub trait Theory: Send + Sync + Sized + 'static {
 
     /// Advances rows of a run; faces at interfaces as if their layer were by itself.
     ///
-    /// # Safety
-    ///
-    /// As [`Domain::advance`].
-    unsafe fn advance_run(
-        domain: &Domain<Self>,
-        level: usize,
-        run: &Run,
-        rows: Range<usize>,
-        columns: Range<usize>,
-    );
-
-    /// The same with energies, but not those of faces at interfaces.
+    /// * `energies`: of the rows, to add theirs to, if `COUNTS` says so; else none
     ///
     /// # Safety
     ///
     /// As [`Domain::advance`].
-    unsafe fn advance_and_count(
+    unsafe fn advance_run<const COUNTS: bool>(
         domain: &Domain<Self>,
         level: usize,
         run: &Run,
@@ -212,7 +188,11 @@ pub trait Theory: Send + Sync + Sized + 'static {
     /// # Safety
     ///
     /// The last row that moves holds these levels in `columns`, and what is around it the one before.
-    unsafe fn back(domain: &Domain<Self>, level: usize, columns: &Range<usize>) -> (usize, Vec<f64>);
+    unsafe fn back<'a>(
+        domain: &'a Domain<Self>,
+        level: usize,
+        columns: &Range<usize>,
+    ) -> (usize, Cow<'a, [f64]>);
 
     /// Strain on the back by what tells it.
     fn back_strain(grid: &Grid, value: f64) -> f64;
@@ -305,10 +285,10 @@ impl<S: Theory> Domain<S> {
                 }
                 let joins = run.lower_face_of.filter(|_| rows_of_run.start == run.rows.start);
                 match energies {
-                    None => S::advance_run(self, level, run, rows_of_run, columns.clone()),
+                    None => S::advance_run::<false>(self, level, run, rows_of_run, columns.clone(), &mut []),
                     Some(energies) => {
                         let own = &mut energies[number..number + rows_of_run.len()];
-                        S::advance_and_count(self, level, run, rows_of_run, columns.clone(), own);
+                        self.advance_and_count(level, run, rows_of_run, columns.clone(), own);
                         if let (Some(interface), Some(kept)) = (joins, &kept) {
                             let both = &mut energies[number - 1..=number];
                             self.count_faces(level, interface, columns.clone(), kept, both);
@@ -318,6 +298,34 @@ impl<S: Theory> Domain<S> {
                 if let Some(interface) = joins {
                     self.join(level, interface, columns.clone());
                 }
+            }
+        }
+    }
+
+    /// Advances rows of a run and adds their energies, but not those of faces at interfaces.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`].
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    unsafe fn advance_and_count(
+        &self,
+        level: usize,
+        run: &Run,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        energies: &mut [EnergySum],
+    ) {
+        // SAFETY, of all below: the caller's promise
+        if run.around(rows.start).is_none() {
+            // none of them is at an interface
+            return unsafe { S::advance_run::<true>(self, level, run, rows, columns, energies) };
+        }
+        for (j, energy) in rows.zip(energies) {
+            let (row, columns, energy) = (j..j + 1, columns.clone(), std::slice::from_mut(energy));
+            match self.grid.interface_of(j) {
+                Some(_) => unsafe { S::advance_run::<false>(self, level, run, row, columns, &mut []) },
+                None => unsafe { S::advance_run::<true>(self, level, run, row, columns, energy) },
             }
         }
     }

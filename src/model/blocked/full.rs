@@ -1,6 +1,6 @@
 //! The full theory on equal cells, [`crate::model::cell_scheme`], under the engine.
 
-use std::ops::Range;
+use std::{borrow::Cow, ops::Range};
 
 use super::{
     cells::{BACKING, CellMarch, CellPatch, CellRow, CellWeights, FREE, INTERIOR, MEMBRANE, SURFACE},
@@ -144,20 +144,7 @@ impl Theory for Full {
         true
     }
 
-    unsafe fn advance_run(
-        domain: &Domain<Self>,
-        level: usize,
-        run: &Run,
-        rows: Range<usize>,
-        columns: Range<usize>,
-    ) {
-        let (patch, none) = (domain.patch(level, run.layer), &mut EnergySum::default());
-        for j in rows {
-            unsafe { domain.advance_row::<false>(patch, run.layer, j, columns.clone(), none) };
-        }
-    }
-
-    unsafe fn advance_and_count(
+    unsafe fn advance_run<const COUNTS: bool>(
         domain: &Domain<Self>,
         level: usize,
         run: &Run,
@@ -165,15 +152,10 @@ impl Theory for Full {
         columns: Range<usize>,
         energies: &mut [EnergySum],
     ) {
-        for (j, energy) in rows.zip(energies) {
-            let columns = columns.clone();
-            match domain.grid.interface_of(j) {
-                Some(_) => unsafe { Self::advance_run(domain, level, run, j..j + 1, columns) },
-                None => unsafe {
-                    let patch = domain.patch(level, run.layer);
-                    domain.advance_row::<true>(patch, run.layer, j, columns, energy);
-                },
-            }
+        let (patch, none) = (domain.patch(level, run.layer), &mut EnergySum::default());
+        for (number, j) in rows.enumerate() {
+            let energy = if COUNTS { &mut energies[number] } else { &mut *none };
+            unsafe { domain.advance_row::<COUNTS>(patch, run.layer, j, columns.clone(), energy) };
         }
     }
 
@@ -300,7 +282,11 @@ impl Theory for Full {
         self.scheme.largest_strain(at, j, i)
     }
 
-    unsafe fn back(domain: &Domain<Self>, level: usize, columns: &Range<usize>) -> (usize, Vec<f64>) {
+    unsafe fn back<'a>(
+        domain: &'a Domain<Self>,
+        level: usize,
+        columns: &Range<usize>,
+    ) -> (usize, Cow<'a, [f64]>) {
         // strains need neighbours, which stand at the level before
         let at = unsafe { domain.at(level - 1) };
         let backing = domain.theory.scheme.at_row(domain.grid.nz);

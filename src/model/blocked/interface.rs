@@ -121,7 +121,7 @@ impl Interfaces {
     /// than what is known.
     ///
     /// * `faces`: displacement of both faces at the level after `level`, along z or r as is `traction`
-    /// * `stiffness`: stress per difference, see [`scheme::traction_weight`]
+    /// * `stiffness`: stress per difference, see [`crate::model::scheme::traction_weight`]
     pub fn look(
         &self,
         (interface, traction): (usize, Traction),

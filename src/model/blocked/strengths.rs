@@ -106,16 +106,13 @@ impl Ratios {
             }
         }
         let columns = columns.start..columns.end.min(grid.nr());
-        if let Some((pressure, strength)) = pressure.zip(known(0)) {
+        let faces = [Some(0), grid.is_layer.then_some(grid.nz)].into_iter().flatten();
+        for row in faces.filter(|row| rows.contains(row)) {
+            let Some(strength) = known(row) else { continue };
             for column in columns.clone() {
-                let stress = scheme.surface_stress(at, pressure[column], column);
-                ratios.take(strength, &stress, step, || (grid.r(column), 0.0));
-            }
-        }
-        if let Some(strength) = known(grid.nz).filter(|_| grid.is_layer && rows.contains(&grid.nz)) {
-            for column in columns {
-                let stress = scheme.back_stress(at, column);
-                ratios.take(strength, &stress, step, || (grid.r(column), grid.z(grid.nz)));
+                let pressure = pressure.map_or(0.0, |pressure| pressure[column]);
+                let stress = scheme.face_stress(at, pressure, row, column);
+                ratios.take(strength, &stress, step, || (grid.r(column), grid.z(row)));
             }
         }
         self.note(&ratios);
