@@ -173,7 +173,8 @@ impl Simulation {
         let rule = case.impact.contact;
         let contact = match &case.load {
             Some(load) => Contact::loaded(load, case.shape(), &grid),
-            None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed),
+            None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed)
+                .graded(&grid, case.modulus()),
         };
         let contact = contact.limited_to(striker.as_ref().map_or(usize::MAX, |striker| striker.grid().nr()));
         Self {

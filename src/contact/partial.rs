@@ -38,7 +38,7 @@ pub(super) struct PartialContact {
     /// in it \[R\].
     pub(super) mean: f64,
     /// True if the contact edge passes the node faster than waves run along the surface.
-    outruns: bool,
+    pub(super) outruns: bool,
 }
 
 /// Half-width of the hat in depth relative to V0·Δt. With 1 the zeros of both hats leave waves at the frequency of node

@@ -13,8 +13,8 @@ pub struct Drag {
     /// x ≥ 0 \[N/m\].
     #[prost(double, tag = "3")]
     pub force: f64,
-    /// Contact radius r*, at most the radius of the punch: where the penetration of the free surface is 0, linear between nodes,
-    /// within a cell of the edge. \[R\]
+    /// Contact radius r*, at most the radius of the punch, within a cell of the edge: where the penetration of the free surface, linear
+    /// between nodes, is 0; on a graded mesh, of an edge slower than waves, from the pressure inside it and the gap beyond it. \[R\]
     #[prost(double, tag = "4")]
     pub contact_radius: f64,
 }

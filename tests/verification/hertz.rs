@@ -26,8 +26,10 @@ const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nm
 
 #[test]
 fn the_contact_radius_is_that_of_hertz() {
-    for (cells, least, most) in [(25, -0.01, 0.10), (50, 0.0, 0.03)] {
-        let case = Case::parse("ball", BALL, &[format!("mesh.cells={cells}")], "".as_ref());
+    for (mesh, least, most) in
+        [("cells=25", -0.01, 0.10), ("cells=50", 0.0, 0.03), ("contact_cells=20", -0.01, 0.015)]
+    {
+        let case = Case::parse("ball", BALL, &[format!("mesh.{mesh}")], "".as_ref());
         let case = case.unwrap_or_else(|errors| panic!("{errors:?}"));
         // (πF)ρ/E* in units of R = ρ and γc_p²; µ = c_s², λ = 1 − 2µ, E* = 4µ(λ + µ)/(λ + 2µ)
         let shear = case.target.material.shear_wave_speed.powi(2);
@@ -37,7 +39,7 @@ fn the_contact_radius_is_that_of_hertz() {
         let peak = seen.iter().map(|(drag, _)| *drag).fold(0.0, f64::max);
         for (drag, radius) in seen.into_iter().filter(|(drag, _)| *drag > 0.2 * peak) {
             let error = radius / hertz(drag) - 1.0;
-            assert!((least..most).contains(&error), "{cells} cells, F = {drag}: {error}");
+            assert!((least..most).contains(&error), "{mesh}, F = {drag}: {error}");
         }
     }
 }
@@ -65,7 +67,7 @@ fn drag_and_velocity_of_a_slow_impact_are_those_of_hertz() {
 }
 
 /// What waves carry away shortens the peak and the rebound: without them the force would be 1.2 and 1.7 % off, restitution 2 and 3 %. On 20 cells across the contact
-/// differences are 0.04 % of the force, 0.15 % of the time and 4e-5 of the restitution, and 1.5 % of the contact radius on steel.
+/// differences are 0.04 % of the force, 0.15 % of the time, 0.05 % of the contact radius and 4e-5 of the restitution.
 #[test]
 fn balls_lose_what_waves_carry_away() {
     for target in ["steel", "pmma"] {
@@ -98,7 +100,7 @@ fn balls_lose_what_waves_carry_away() {
         let errors = [peak[0] / force, peak[1] / contact_radius, lasted / duration].map(|ratio| ratio - 1.0);
         println!("{target}: force, contact radius, time {errors:?}, restitution {seen} {restitution}");
         assert!(errors[0].abs() < 1e-3 && errors[2].abs() < 2.5e-3, "{target}: {errors:?}");
-        assert!(errors[1].abs() < 0.02, "{target}: {errors:?}");
+        assert!(errors[1].abs() < 0.002, "{target}: {errors:?}");
         assert!((seen - restitution).abs() < 1e-4, "{target}: {seen} {restitution}");
     }
 }

@@ -275,8 +275,8 @@ fn table(measured: &Measured) -> Table {
             format!("{:.4}", pair.expected.restitution),
         ]);
     }
-    let text = "Computed values, in brackets how far they are from the closed form; `Hertz alone` is how far the peak force is from that without waves. The contact \
-                radius is read off cells of a tenth of it.";
+    let text = "Computed values, in brackets how far they are from the closed form; `Hertz alone` is how far the peak force is from that without waves. The \
+                edge of contact is found between nodes, within a tenth of a cell; the largest contact is ten cells in radius.";
     Table { title: "Every impact".into(), text: text.into(), rows }
 }
 
