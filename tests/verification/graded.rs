@@ -37,7 +37,9 @@ fn difference(curve: &[(f64, f64)], reference: &[(f64, f64)]) -> f64 {
     (squares / curve.len() as f64).sqrt()
 }
 
-/// 4.1e-4 on the half-space, with the ratio 1.1 7.4e-4; 7.3e-4 on the plate, whose waves cross the graded rows again and again.
+/// 4.1e-4 on the half-space, with the ratio 1.1 7.4e-4, and 7.3e-4 on the plate. All but 2.4e-4 of either are waves of three to six steps a period, which nodes
+/// excite as they come into contact: rows that have grown send them back, equal ones let them run, on the plate to its free back and back again. They are no more
+/// right there: on the plate equal cells are 1.71e-3 away from the mesh of twice as many, graded ones 1.72e-3.
 #[test]
 fn the_drag_of_a_ball_is_that_of_equal_cells() {
     let plate = ["target.thickness=1.003557", "target.back=free"];
@@ -48,9 +50,12 @@ fn the_drag_of_a_ball_is_that_of_equal_cells() {
         assert_eq!((graded.sizes.dr, graded.sizes.dt), (alike.sizes.dr, alike.sizes.dt));
         let nodes = |case: &Case| (case.sizes.nr * case.sizes.nz) as f64;
         assert!(nodes(&alike) > least * nodes(&graded), "{} {}", nodes(&alike), nodes(&graded));
-        let error = difference(&drag(&graded), &drag(&alike));
-        println!("{more:?}: rms of the difference {error:e} of the peak");
-        assert!(error < most, "{more:?}: {error:e}");
+        let finer = percuss::study::on_meshes(&graded, &[20, 40]).expect("meshes").remove(1);
+        let [alike, graded, finer] = [alike, graded, finer].map(|case| drag(&case));
+        let error = difference(&graded, &alike);
+        let errors = [difference(&alike, &finer), difference(&graded, &finer)];
+        println!("{more:?}: rms of the difference {error:e} of the peak, from a finer mesh {errors:?}");
+        assert!(error < most && errors[1] < 1.1 * errors[0], "{more:?}: {error:e} {errors:?}");
     }
 }
 
