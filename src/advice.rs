@@ -37,13 +37,13 @@ const LARGEST_LOSS: f64 = 0.1;
 /// Cells across the corner of an edge that show it.
 const CORNER_CELLS: f64 = 2.0;
 
-/// What misleads in a case or its results, as a warning.
+/// A warning about a case or its results.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Finding {
     /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `mass`, `strain`, `cells`, `loss`.
     #[serde(rename = "about")]
     pub code: &'static str,
-    /// What misleads, where, and what to do.
+    /// The problem, its place and the remedy.
     pub text: String,
 }
 
@@ -200,7 +200,7 @@ fn slowed_body(case: &Case, validity: &Validity) -> Option<String> {
     (fall > LARGEST_FALL && light_body(case).is_none()).then(|| unresolved_motion(fall, case.mesh.density()))
 }
 
-/// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
+/// Strain above the limit. Dimensionless flat punches are exempt: their results scale with V0.
 fn large_strain(case: &Case, validity: &Validity) -> Option<String> {
     let strain = validity.strain.value;
     if strain <= STRAIN_LIMIT || (case.indenter.head.is_flat() && case.scales.is_none()) {
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_is_warned_of_what_misleads() {
+    fn a_ball_is_warned() {
         let ball = Case::sound(BALL, &[]);
         assert_eq!(codes(&of_case(&ball)), ["base"]);
         let hard = of_case(&Case::sound(BALL, &["target.material=alumina"]));

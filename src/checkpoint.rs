@@ -1,7 +1,7 @@
 //! Checkpoints: the state of a run in a file, from which `percuss run --resume` continues.
 //!
 //! A checkpoint of `NAME.mcap` is `NAME.mcap.checkpoint` beside it. It belongs to the messages that the part of the recording has
-//! by then, which are on the disk before it is, and is whole or not there: the one before stays until it is. When the recording is
+//! by then, which are on the disk before it is, and is written atomically: the one before stays until it is complete. When the recording is
 //! complete it is removed.
 //!
 //! ```text
@@ -158,14 +158,14 @@ impl Head {
 /// The file cannot be written; an earlier one stays.
 pub fn write(path: &Path, head: &Head, state: &mut dyn SaveState) -> Result<u64, CheckpointError> {
     write_file(path, head, state).map_err(|error| {
-        // the room that an unfinished one takes is worth more
+        // delete the unfinished file: the disk space is needed
         drop(std::fs::remove_file(part_of(path)));
         CheckpointError::System { what: "write", path: path.into(), error }
     })
 }
 
 fn write_file(path: &Path, head: &Head, state: &mut dyn SaveState) -> io::Result<u64> {
-    // one name for all that are unfinished: what a kill leaves is replaced by the next
+    // unfinished checkpoints share one name, so leftovers are overwritten
     let output = Part::create(path, true).map_err(|error| match error {
         PartError::System { error, .. } => error,
         error => io::Error::other(error),

@@ -246,7 +246,7 @@ pub fn report(error: &CliError) -> ExitCode {
         CliError::Usage(_) | CliError::NoClosedForm(_) => (on_a_line(error), 2),
         _ => (on_a_line(error), 1),
     };
-    // with stderr closed there is no place to report to
+    // if stderr is closed, ignore the failure
     drop(io::stderr().write_all(text.as_bytes()));
     ExitCode::from(status)
 }

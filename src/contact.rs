@@ -9,7 +9,7 @@
 //!
 //! the exact momentum balance of the half cell under the surface. An indenter of finite mass is decelerated in the
 //! same step, `w^{k+1} = w_free^{k+1} − (Δt²/M)·F^k` with `F^k = Σ a_i p_i^k`; both are solved together, not lagged.
-//! The contact knows nothing of what lies behind the surface.
+//! The contact knows nothing of the target's interior.
 
 use std::io;
 
@@ -234,7 +234,7 @@ impl Contact {
             .try_for_each(|array| out.numbers(array))
     }
 
-    /// Takes up what [`Contact::save`] has written.
+    /// Restores the state written by [`Contact::save`].
     ///
     /// # Errors
     ///

@@ -93,7 +93,7 @@ impl Indenter {
         out.put(&self.motion)
     }
 
-    /// Takes up what [`Indenter::save`] has written.
+    /// Restores the state written by [`Indenter::save`].
     ///
     /// # Errors
     ///

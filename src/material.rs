@@ -144,7 +144,7 @@ pub struct BondStrength {
 /// Why elastic constants are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MaterialError {
-    /// Too few constants, or some that do not go together.
+    /// Too few constants, or some that cannot be combined.
     #[error("{0}")]
     Incomplete(String),
     /// A constant is out of range.

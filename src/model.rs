@@ -209,7 +209,7 @@ impl Field {
     }
 }
 
-/// How much of the field must be computed, which follows from what is looked at during a run.
+/// How much of the field must be computed, which follows from what is observed during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
     /// The whole field, at any time.
@@ -483,7 +483,7 @@ pub trait Model<T>: Send {
     /// If a step has not been returned, see [`Model::next`].
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()>;
 
-    /// Takes up what [`Model::save`] has written, in place of a target at rest.
+    /// Restores the state written by [`Model::save`], in place of a target at rest.
     ///
     /// * `step`: the next one, before which it was written
     ///

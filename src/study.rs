@@ -177,7 +177,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
     let mut traces = first?;
     traces.push(last?);
     let levels: Vec<Level> = cases.iter().zip(&traces).map(Level::of).collect();
-    // meshes are judged by what they converge to
+    // the closed form of the finest mesh
     let form = ClosedForm::for_case(finest).ok().filter(|form| !form.is_approximate());
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
     let units = finest.units();

@@ -55,7 +55,7 @@ impl Surface {
         [free, compliance, pressure, displacement].into_iter().try_for_each(|array| out.numbers(array))
     }
 
-    /// Takes up what [`Surface::save`] has written.
+    /// Restores the state written by [`Surface::save`].
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! Texts that nobody means: far too long, or commands to what shows them. As processes, with little memory.
+//! Hostile texts: far too long, or commands to what shows them. As processes, with little memory.
 
 use std::{
     fs::{self, File},

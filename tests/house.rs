@@ -15,7 +15,7 @@ const LAYERS: [&[&str]; 12] = [
     &["geometry", "input", "message", "recording", "state", "table", "validity"],
     &["grid", "indenter", "surface", "units"],
     &["material", "shape"],
-    // the target: its numerics, and the engine below `model::blocked`
+    // target model: schemes and the private engine
     &["model"],
     &["contact"],
     &["case", "view"],

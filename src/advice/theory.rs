@@ -167,7 +167,7 @@ impl Trust {
         (case.model == ModelKind::Rakhmatulin).then(|| errors(case).map_or_else(unknown, known))
     }
 
-    /// True if a user is to know.
+    /// Whether the error is large enough to report.
     pub fn is_notable(&self) -> bool {
         self.not_estimated.is_some() || self.estimates.iter().any(|found| found.error.abs() > NOTED)
     }

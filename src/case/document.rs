@@ -95,7 +95,7 @@ impl Document {
     ///
     /// # Errors
     ///
-    /// The first error of syntax, alone: what is behind it may be anything.
+    /// The first syntax error, alone: after it the rest cannot be parsed reliably.
     pub fn root(&self) -> Result<DeTable<'_>, CaseErrors> {
         let mut table = DeTable::new();
         for source in &self.sources {

@@ -441,7 +441,7 @@ pub(super) const SECTIONS: [Section; 7] = [
                 .default("1.0")
                 .only(Who::Dimensionless)
                 .means("V0"),
-            // c_p is no velocity that anybody means
+            // a physical case must state V0: c_p is no sensible default
             key("velocity", Kind::Quantity(Speed, SIZE))
                 .left_out("required, or `drop`")
                 .only(Who::Physical)

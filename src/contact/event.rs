@@ -169,7 +169,7 @@ impl Watch {
         out.put(&self.seen)
     }
 
-    /// Takes up what [`Watch::save`] has written.
+    /// Restores the state written by [`Watch::save`].
     ///
     /// # Errors
     ///

@@ -6,7 +6,7 @@
 //! until theirs are complete.
 //!
 //! Threads share the field through raw parts: a slice never covers a number that another thread may write while it lives, and no
-//! kernel loads one. What orders them is a lock and one counter per tile row ([`handover`], [`progress`]); no reference count does.
+//! kernel loads one. What orders them is a lock and one counter per tile row ([`handover`], [`progress`]); `Arc` counts are never relied on for ordering.
 //! `tests/concurrency/run` checks all that: Miri and ThreadSanitizer run the engine on small meshes cut into small tiles, with
 //! plain vectors of every width, whose accesses they see; loom tries the orders in which the band and helpers may run.
 //!
@@ -238,8 +238,8 @@ impl<T, S: Theory> Engine<T, S> {
         }
     }
 
-    /// Records a peak of the row before the backing. That of the newest level counts only once the surface has gone
-    /// on.
+    /// Records a peak of the row before the backing. That of the newest level is counted after the surface
+    /// has advanced.
     fn note_peak(&mut self, peak: RowPeak) {
         let [settled, newest] = &mut self.peaks;
         for peak in [std::mem::take(newest), peak] {

@@ -295,7 +295,7 @@ impl NodeRow<'_> {
         (columns, [&weights[i as usize], &weights[i as usize + 1]])
     }
 
-    /// Column i around the row. A function, because closures are not inlined for certain, nor are maps of arrays.
+    /// Column i around the row. A function: closures and maps of arrays may not be inlined.
     #[inline(always)]
     fn column(&self, at: &impl Fn(usize, usize, isize) -> f64, i: isize) -> Column {
         let [above, here, below] = [self.j.saturating_sub(1), self.j, (self.j + 1).min(self.scheme.grid.nz)];

@@ -49,7 +49,7 @@
 //! `u^{k+1} −= 4σ·E_r²(u^k − u^{k−1})`, the same for v (odd about the axis), with E_r of [`super::scheme`] at λ = 1, `E_r ~ y(1 − y)`: 0 for
 //! fronts along z, fifth order for the rest. (E_r alone, third order, is a viscosity: it takes a quarter of a Rayleigh pulse of 60 nodes
 //! over 100 nodes, and moves the edge of contact by 0.08 cells. Its square has the same strength at q_r = π/2 and does neither.) An edge of contact that passes nodes faster than shear waves run excites short waves along r that meet on the axis,
-//! with an amplitude that hardly falls with the mesh; this takes them out. Stable for `σ ≤ 2(1 − k)`, and over targets of c_s > 0.82 for less:
+//! with an amplitude that hardly falls with the mesh; this damps them. Stable for `σ ≤ 2(1 − k)`, and over targets of c_s > 0.82 for less:
 //! [`super::elastic::largest_damping`].
 //!
 //! # Node by node

@@ -19,7 +19,7 @@ use crate::{
     material::Waves,
 };
 
-/// The simplified theory on a mesh, as the plain stepper wants it.
+/// The simplified theory on a mesh, with the interface required by the plain stepper.
 #[derive(Clone, Debug)]
 pub struct Rakhmatulin {
     grid: Grid,

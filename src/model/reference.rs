@@ -152,7 +152,7 @@ pub struct Reference<T, S, const FIELDS: usize> {
     ratios: RatioPeaks,
     /// Interfaces that have been in tension.
     torn: Vec<bool>,
-    /// Levels k−1 and k, and room for k+1.
+    /// Levels k−1 and k, and a buffer for level k+1.
     before: Level<FIELDS>,
     now: Level<FIELDS>,
     next: Level<FIELDS>,

@@ -226,7 +226,7 @@ impl Striker {
         self.model.save(out)
     }
 
-    /// Takes up what [`Striker::save`] has written.
+    /// Restores the state written by [`Striker::save`].
     ///
     /// # Errors
     ///

@@ -209,7 +209,7 @@ impl<'a> Queue<'a> {
                 let measures = measuring.measures(&outcome.validity);
                 return Ok((outcome, measures));
             };
-            // of an earlier attempt that was stopped nothing counts
+            // overwrite what a stopped attempt left
             let destination = Destination { overwrite: true, ..Destination::new(path) };
             let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
             let outcome = session::run(&mut steps, &mut [&mut recording, &mut watch])?;

@@ -99,9 +99,9 @@ pub enum SpecError {
         /// What is wrong.
         what: String,
     },
-    /// Variations do not go together.
+    /// The variations cannot be combined.
     #[error("{0}")]
-    Together(String),
+    Incompatible(String),
 }
 
 impl Vary {
@@ -196,10 +196,10 @@ impl Vary {
 ///
 /// # Errors
 ///
-/// A variation is wrong, or they do not go together.
+/// A variation is wrong, or they cannot be combined.
 pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
     if vary.is_empty() {
-        return Err(SpecError::Together("nothing is varied: add --vary KEY=VALUES".into()));
+        return Err(SpecError::Incompatible("nothing is varied: add --vary KEY=VALUES".into()));
     }
     let axes = match combine {
         Combine::Lhs(Samples { samples, seed }) => {
@@ -211,7 +211,7 @@ pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
     };
     let keys: Vec<&String> = axes.iter().flat_map(|axis| &axis.keys).collect();
     if let Some((_, key)) = keys.iter().enumerate().find(|(i, key)| keys[..*i].contains(key)) {
-        return Err(SpecError::Together(format!("`{key}` is varied twice: keep one of them")));
+        return Err(SpecError::Incompatible(format!("`{key}` is varied twice: keep one of them")));
     }
     let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.rows.len()));
     match count.filter(|count| *count <= MAX_CASES) {
@@ -222,7 +222,7 @@ pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
                 "{} cases are more than the {MAX_CASES} of a sweep; vary less at a time",
                 counts.join(" x ")
             );
-            Err(SpecError::Together(text))
+            Err(SpecError::Incompatible(text))
         }
     }
 }
@@ -236,7 +236,7 @@ fn zip(axes: Vec<Axis>) -> Result<Axis, SpecError> {
             other.keys.join(","),
             other.rows.len()
         );
-        return Err(SpecError::Together(text));
+        return Err(SpecError::Incompatible(text));
     }
     let row = |i: usize| axes.iter().flat_map(|axis| axis.rows[i].clone()).collect();
     Ok(Axis {
@@ -404,7 +404,7 @@ fn read_table(path: &Path) -> Result<Axis, SpecError> {
 fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Result<Axis, SpecError> {
     let known = usize::try_from(samples).ok().filter(|samples| (1..=MAX_CASES).contains(samples));
     let Some(samples) = known else {
-        return Err(SpecError::Together(format!("--lhs {samples}: 1 to {MAX_CASES} samples")));
+        return Err(SpecError::Incompatible(format!("--lhs {samples}: 1 to {MAX_CASES} samples")));
     };
     let mut random = Random(seed);
     let mut rows = vec![Vec::with_capacity(ranges.len()); samples];
@@ -478,7 +478,7 @@ mod tests {
     }
 
     #[test]
-    fn variations_go_together() {
+    fn variations_can_be_combined() {
         let error = |specs: &[&str], combine| together(specs, combine).expect_err("an error");
         assert!(
             error(&["a=1:2:1000", "b=1:2:1000", "c=1,2"], Combine::Product).contains("1000 x 1000 x 2 cases")

@@ -4,7 +4,7 @@ use std::{env, path::PathBuf, process::Command};
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    // every commit compiles a program anew that names it: none but optimised ones
+    // embedding the commit rebuilds on every commit, so only release builds do it
     if env::var("PROFILE").is_ok_and(|profile| profile == "release") {
         commit();
     }

@@ -7,8 +7,8 @@ use super::lane::{BLOCK, Lane};
 ///
 /// Strain energy between two levels is a product of strains at both. Summed by parts over the whole field it is the work of
 /// the forces at level k on the displacement at the other level, and forces are what accelerates, but for damping,
-/// `f^k = u^{k+1} − 2u^k + u^{k−1} + σC(u^k − u^{k−1})`: no row needs another one, and nothing is assumed about the balance of
-/// energies.
+/// `f^k = u^{k+1} − 2u^k + u^{k−1} + σC(u^k − u^{k−1})`. Each row's energy is computed independently, without using
+/// conservation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowEnergy {
     /// `Σ_i a_i (u^k − u^{k−1})²` and `Σ_i a_i (u^{k+1} − u^k)²`

@@ -152,8 +152,8 @@ impl Levels {
         }
     }
 
-    /// Writes zeros to `rows` rows from row `j` on. The system gives memory out twice if it is read before it is written to,
-    /// and the second time all threads stop for it.
+    /// Writes zeros to `rows` rows from row `j` on. Reading an untouched page maps the shared zero page and faults again
+    /// on the first write; writing zeros first avoids the second fault.
     ///
     /// # Safety
     ///

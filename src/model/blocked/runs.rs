@@ -73,7 +73,7 @@ impl Runs {
         self.among(&(j..j + 1)).next().and_then(|(run, _)| run.around(j))
     }
 
-    /// The runs that have some of `rows`, each with what it has of them.
+    /// The runs that have some of `rows`, each with the part of `rows` that it covers.
     pub fn among(&self, rows: &Range<usize>) -> impl Iterator<Item = (&Run, Range<usize>)> {
         let Range { start, end } = *rows;
         let first = self.0.partition_point(|run| run.rows.end <= start);

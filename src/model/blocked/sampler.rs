@@ -1,4 +1,4 @@
-//! What a frame shows, sampled while tiles pass it: nothing stops for a frame.
+//! What a frame shows, sampled while tiles pass it, without draining the pipeline.
 //!
 //! The interior is never at one level as a whole. But when some nodes go on to level k+1 they are at levels k−1, k and k+1
 //! at once, which makes the energies between k−1 and k and between k and k+1; they are summed up on the way. Just after,

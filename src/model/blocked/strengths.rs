@@ -58,7 +58,7 @@ impl Ratios {
         self.lock().clone()
     }
 
-    /// Takes up what was found before.
+    /// Restores what was found before.
     pub fn set(&self, found: FoundRatios) {
         *self.lock() = found;
     }

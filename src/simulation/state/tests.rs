@@ -65,7 +65,7 @@ fn pool(threads: usize) -> ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
 }
 
-/// Shows all steps, until the run ends or `pause` steps have been shown; then those that are computed, too.
+/// Takes steps until the run ends or `pause` have been returned; then those that are already computed, too.
 fn show(simulation: &mut Simulation, threads: &ThreadPool, pause: u64, seen: &mut Vec<Seen>) {
     while let Some(view) = threads.install(|| simulation.step()).expect("a sound case") {
         seen.push(Seen::new(&view));

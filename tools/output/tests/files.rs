@@ -1,4 +1,4 @@
-//! Files are whole or not there.
+//! Output files are atomic.
 
 use std::{
     fs,

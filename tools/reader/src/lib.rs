@@ -50,10 +50,9 @@
 //! reported, and makes the exit status 3. Where the index at the end of a file is sound, only chunks that hold what is asked
 //! for are read; `verify` and `info` always read everything. `--max-memory` caps what a file can make the reader take,
 //! with the shares of [`recording::Limits`]: what is kept is charged before it is allocated, with what it takes in memory,
-//! not in the file. What has no room is refused and reported: a record or chunk like a damaged one, a definition
-//! as one that is not known, a message as one that does not fit its schema (status 3; `verify`: not sound); a table, a picture
-//! or a comparison for which too much would have to wait is not made (status 1; `diff`: 2). Of several files side by side
-//! in a table or picture, each may take as much.
+//! not in the file. What is beyond the limit is refused and reported: a record or chunk like a damaged one, a schema
+//! as an unknown one, a message as one that does not fit its schema (status 3; `verify`: not sound); a table, a picture
+//! or a comparison for which too much would have to wait is not made (status 1; `diff`: 2). The limit is per file.
 //!
 //! A recording is a regular file: folders, pipes, sockets and devices are refused before they are opened. Errors of the system
 //! name the file, the place in it and the cause. A name that ends in `.part` is that of a recording that is still being written,
@@ -68,12 +67,12 @@
 //!
 //! Memory does not depend on the length of a recording, with three exceptions, all within `--max-memory`: NumPy files begin with
 //! their lengths, so their columns, or the arrays of a topic over time, are kept; Parquet files end with a place for every column of every group of
-//! rows; pictures keep the points of their curves. What has no room is refused. So is a table to be read back, of which the columns that are
+//! rows; pictures keep the points of their curves. What is beyond the limit is refused. So is a table to be read back, of which the columns that are
 //! asked for are kept beside the file.
 //!
 //! # Recordings of other programs
 //!
-//! What is not said otherwise is guessed from what a file says, the same way by every verb:
+//! Defaults for files of other programs, the same for every verb:
 //!
 //! - **Topic.** Without `--topic`, `trace` and `plot` show the drag of a percuss recording, else the first topic in the order
 //!   of the file whose messages hold floating-point numbers, else other numbers, beside those that only say when; else the first that is
@@ -81,8 +80,8 @@
 //! - **Time.** Messages without a field `time` are timed by their log time. Where log times are dates, the first being
 //!   later than 1970, times count in seconds from the first message of the recording: in the column `time`, in `--from`, `--to`
 //!   and `--at-time`, and in pictures. `--epoch` counts from 1970; `trace --time iso` and `--time ns` write dates of ISO 8601 and whole
-//!   nanoseconds. Of several files each counts from its own start, unless dates are written. The windows of `diff` and
-//!   `replay` are those of the log times themselves.
+//!   nanoseconds. Of several files each counts from its own start, unless dates are written. `diff` and `replay`
+//!   select by log time.
 //! - **Stamps.** What is in a `header`, a `stamp`, a `timestamp`, a `google.protobuf.Timestamp` or `Duration`, or in seconds
 //!   `sec` beside `nsec` or `nanosec`, is not drawn unless it is named. `trace` shows it.
 //! - **Maps.** `gains[kd]` is the value of a map at a key: a text, a whole number, `true` or `false`. A map without a key is a

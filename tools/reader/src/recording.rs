@@ -31,8 +31,8 @@ const CHECKSUMS_COUNT: bool = cfg!(not(all(fuzzing, percuss_unchecked)));
 /// | 1/8 | a decoded message, and room for its lists to grow: [`Limits::values`] is half of that |
 /// | 1/4 | what is kept of messages: rows that wait for others, points of curves, messages at chosen times |
 ///
-/// What is to be kept is charged before it is allocated, with what it takes in memory, not in the file; what has no room
-/// is refused and reported.
+/// What is to be kept is charged before it is allocated, with what it takes in memory, not in the file; what is beyond the
+/// limit is refused and reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// All of it \[bytes\].

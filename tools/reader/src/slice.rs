@@ -128,8 +128,7 @@ impl Span {
 }
 
 /// The messages of a channel nearest to some times; the last one if no times are given. Of two that are equally near,
-/// the earlier. A time may lie as far before the first or after the last message as the next one would; none are given
-/// if the channel has no messages.
+/// the earlier. Times up to one message interval outside are accepted; none are given if the channel has no messages.
 pub struct Nearest<'a> {
     recording: &'a Recording,
     channel: &'a Channel,

@@ -9,7 +9,7 @@
 //! leaves: time, p, v.x, v.y, items.[#] (how many), items.name, …
 //! ```
 //!
-//! A leaf that always holds exactly one value gets the default of its type where the wire has none, as proto3 asks.
+//! Missing proto3 scalars read as the default of their type.
 //! A type inside itself is not unfolded again but kept as bytes, so the number of leaves is finite; fields that the
 //! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing that a message holds is lost. JSON messages have
 //! leaves of the same kinds.

@@ -46,7 +46,7 @@ impl<S: Theory> Workers<S> {
         self.each_row(columns, |row| out.numbers(row))
     }
 
-    /// Takes up what [`Workers::save`] has written, in place of a field at rest.
+    /// Restores the field written by [`Workers::save`], in place of one at rest.
     ///
     /// * `columns`: those that have moved
     pub fn load(&mut self, columns: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {

@@ -349,7 +349,7 @@ fn run(
     };
     let mut joiner = Joiner::new(request.align, widths, limits.kept());
     loop {
-        // the file that is behind goes first, so that rows of equal times meet
+        // read from the file with the earlier time, so equal times join
         let behind = streams.iter_mut().filter(|stream| !stream.done).min_by(|a, b| a.time.total_cmp(b.time));
         let Some(stream) = behind else { break };
         match stream.next(request)? {

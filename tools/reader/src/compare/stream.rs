@@ -114,7 +114,7 @@ fn follows(last: &mut HashMap<u16, (u64, u32)>, message: &Message<'_>) -> bool {
 
 /// Hands on a batch of so many bytes.
 fn send(batch: Vec<(usize, Kept)>, bytes: usize, out: &SyncSender<Parcel>) -> Result<(), Failure> {
-    // nothing waits behind a large one: empty batches take its place until it has been received
+    // after a large batch, fill the queue with empty ones so that only one is in memory
     let fillers = if bytes > 2 * BATCH { AHEAD } else { 0 };
     let fillers = std::iter::repeat_with(Vec::new).take(fillers);
     std::iter::once(batch).chain(fillers).try_for_each(|batch| {
@@ -190,7 +190,7 @@ pub(super) fn run(
         });
         let (mut ended, mut stopped, mut side) = ([false; 2], false, 0);
         while ended != [true; 2] && !stopped {
-            // the file that is behind goes first, so that few messages have to wait
+            // read from the file with the earlier time, so few messages are kept
             side = match feeds[side].waits_for(&feeds[1 - side]) {
                 true if !ended[1 - side] => 1 - side,
                 _ => usize::from(ended[0] || (!ended[1] && feeds[1].elapsed < feeds[0].elapsed)),

@@ -79,7 +79,7 @@ impl Layout {
 }
 
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
-    // also what takes no memory takes time
+    // charge empty messages as well, to bound time
     spend(budget, node.slots.len())?;
     let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::of(node), Vec::<Entry<'_>>::new());
     while !wire.bytes.is_empty() {

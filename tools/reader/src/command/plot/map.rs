@@ -32,7 +32,7 @@ const MAX_CELLS: (usize, usize) = (220, 320);
 
 /// An array over place and time.
 ///
-/// Every cell shows the nearest message and its nearest element, none is averaged; what a message leaves out is zero.
+/// Nearest-neighbour in both, none is averaged; missing elements are 0.
 pub(super) fn over_time(
     paths: &[PathBuf],
     request: &Request,

@@ -28,8 +28,8 @@ pub struct Request {
     #[arg(long, value_name = "FIELD")]
     #[arg(conflicts_with_all = ["at_times", "map"])]
     pub right: Vec<String>,
-    /// An array over its axis and over time, as an image; a matrix along a line, --at r=0 or --at z=0.5. Of each cell the
-    /// nearest message and the nearest element are drawn, zero where a message leaves them out
+    /// An array over its axis and over time, as an image; a matrix along a line, --at r=0 or --at z=0.5. Nearest-neighbour
+    /// in both; missing elements are 0
     #[arg(long, conflicts_with_all = ["at_times", "every"])]
     pub map: bool,
     /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit that is recorded or with one,

@@ -108,7 +108,7 @@ impl<'de> Visitor<'de> for Object<'_, '_> {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
         let Self { walk, node, names } = self;
-        // also what takes no memory takes time
+        // charge empty messages as well, to bound time
         walk.spend(node.slots.len())?;
         let mut seen = Seen::of(node);
         while let Some(key) = map.next_key_seed(Key(names))? {
