@@ -9,7 +9,6 @@ use crate::{
     exact::hertz::Hertz,
     grid::Back,
     session::{Status, Steps},
-    shape::Head,
     simulation::{Simulation, SimulationError},
     state::SaveState,
     units::{Dimension, Units},
@@ -142,12 +141,11 @@ fn sharp_edge(case: &Case) -> Option<String> {
     if case.target.radius.is_some_and(|rim| radius >= rim) {
         return None;
     }
-    let remedy = match case.indenter.head {
-        Head::Flat { edge_radius } if edge_radius >= CORNER_CELLS * case.sizes.dr => return None,
-        Head::Flat { edge_radius: 0.0 } => "; indenter.edge_radius rounds it",
-        Head::Flat { .. } => ", as its corner is smaller than two cells",
-        Head::Sphere { nose_radius } if nose_radius == radius => return None,
-        Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } | Head::Profile(_) => "",
+    let remedy = match case.shape().corner_radius() {
+        corner if corner >= CORNER_CELLS * case.sizes.dr => return None,
+        0.0 if case.indenter.head.is_flat() => "; indenter.edge_radius rounds it",
+        0.0 => "",
+        _ => ", as its corner is smaller than two cells",
     };
     Some(format!(
         "the stress beside the sharp edge of the head grows with the mesh, as dr^(-1/2){remedy}; the drag does not"

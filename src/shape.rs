@@ -38,7 +38,30 @@ pub enum Head {
     Profile(Profile),
 }
 
+/// How a head first touches a flat surface, which is all that estimates and closed forms ask of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tip {
+    /// With a flat face.
+    Face,
+    /// With a round tip of this radius of curvature ρ \[R\].
+    Round(f64),
+    /// With a point of this slope.
+    Point(f64),
+    /// In another way.
+    Other,
+}
+
 impl Head {
+    /// How it first touches a flat surface.
+    pub fn tip(&self) -> Tip {
+        match *self {
+            Self::Flat { .. } => Tip::Face,
+            Self::Paraboloid { nose_radius } | Self::Sphere { nose_radius } => Tip::Round(nose_radius),
+            Self::Cone { slope } => Tip::Point(slope),
+            Self::Profile(_) => Tip::Other,
+        }
+    }
+
     /// True if all points have the same depth.
     pub fn is_flat(&self) -> bool {
         *self == Self::Flat { edge_radius: 0.0 }
@@ -143,14 +166,7 @@ impl Shape {
         let mut pieces = vec![inner, outer];
         pieces.extend(support.kinks());
         pieces.extend(Some(self.radius).filter(|&edge| edge > inner && edge < outer));
-        match &self.head {
-            Head::Profile(profile) => pieces.extend(profile.knots().filter(|&r| r > inner && r < outer)),
-            Head::Flat { edge_radius } if *edge_radius > 0.0 => {
-                let corner = self.radius - edge_radius;
-                pieces.extend(Some(corner).filter(|&r| r > inner && r < outer));
-            }
-            Head::Flat { .. } | Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => {}
-        }
+        pieces.extend(self.knots(inner, outer));
         pieces.sort_by(f64::total_cmp);
         let mut points = vec![inner];
         for ends in pieces.windows(2).filter(|ends| ends[1] > ends[0]) {
@@ -176,10 +192,8 @@ impl Shape {
         }
         let ends = (self.head_depth(inner), self.head_depth(outer.min(self.radius)));
         let (mut least, mut most) = (ends.0.min(ends.1), ends.0.max(ends.1));
-        if let Head::Profile(profile) = &self.head {
-            for f in profile.knots().filter(|&r| r > inner && r < outer).map(|r| profile.at(r)) {
-                (least, most) = (least.min(f), most.max(f));
-            }
+        for f in self.knots(inner, outer).map(|r| self.head_depth(r)) {
+            (least, most) = (least.min(f), most.max(f));
         }
         // a node on the edge within rounding belongs to the punch
         if outer > self.radius * (1.0 + 1e-12) { (least, f64::INFINITY) } else { (least, most) }
@@ -193,11 +207,7 @@ impl Shape {
     pub fn content(&self, length: f64, geometry: Geometry) -> f64 {
         const PANELS: usize = 16;
         let mut ends = vec![0.0, self.radius];
-        match &self.head {
-            Head::Profile(profile) => ends.extend(profile.knots().filter(|&r| r > 0.0 && r < self.radius)),
-            Head::Flat { edge_radius } => ends.push((self.radius - edge_radius).max(0.0)),
-            Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => {}
-        }
+        ends.extend(self.knots(0.0, self.radius));
         ends.sort_by(f64::total_cmp);
         let half = FRAC_PI_2 / (2 * PANELS) as f64;
         let mut content = 0.0;
@@ -218,6 +228,25 @@ impl Shape {
     /// True if all points have the same depth.
     pub fn is_flat(&self) -> bool {
         self.head.is_flat()
+    }
+
+    /// Radii between `inner` and `outer` at which the head is not smooth, or turns \[R\].
+    fn knots(&self, inner: f64, outer: f64) -> impl Iterator<Item = f64> {
+        let (profile, corner) = match &self.head {
+            Head::Profile(profile) => (Some(profile.knots()), None),
+            Head::Flat { edge_radius } => (None, Some(self.radius - edge_radius)),
+            Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => (None, None),
+        };
+        profile.into_iter().flatten().chain(corner).filter(move |&r| r > inner && r < outer)
+    }
+
+    /// Radius of the corner at the edge \[R\]; 0 if it is sharp.
+    pub fn corner_radius(&self) -> f64 {
+        match self.head {
+            Head::Flat { edge_radius } => edge_radius,
+            Head::Sphere { nose_radius } if nose_radius == self.radius => nose_radius,
+            Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } | Head::Profile(_) => 0.0,
+        }
     }
 
     /// Radius of the flat face that touches in the first instant \[R\]; 0 under a tip.
@@ -253,14 +282,10 @@ impl Shape {
     /// Radius between `from` and `to` at which the head, monotone there, has the depth `depth`.
     fn crossing(&self, depth: f64, from: f64, to: f64) -> f64 {
         let exact = match &self.head {
-            Head::Flat { edge_radius } if *edge_radius > 0.0 => {
-                self.radius - edge_radius + arc_reach(*edge_radius, depth)
-            }
-            Head::Flat { .. } => to,
-            Head::Paraboloid { nose_radius } => (depth / curvature(*nose_radius)).sqrt(),
-            Head::Sphere { nose_radius } => arc_reach(*nose_radius, depth),
-            Head::Cone { slope } => depth / slope,
             Head::Profile(profile) => profile.crossing(depth, from, to),
+            Head::Flat { .. } | Head::Paraboloid { .. } | Head::Sphere { .. } | Head::Cone { .. } => {
+                self.reach(depth)
+            }
         };
         exact.clamp(from, to)
     }

@@ -30,7 +30,7 @@
 
 use serde::Serialize;
 
-use crate::{case::Case, geometry::Geometry, model::ModelKind, shape::Head};
+use crate::{case::Case, geometry::Geometry, model::ModelKind, shape::Tip};
 
 /// Excess of the peak force above which `percuss run` and `percuss check` warn.
 pub const NOTED: f64 = 0.05;
@@ -62,11 +62,11 @@ impl Rigidity {
         }
         let modulus = case.indenter.material?.elastic().contact_modulus();
         let modulus_ratio = case.target.material.si?.contact_modulus() / modulus;
-        let exponent = match (case.geometry, &case.indenter.head) {
+        let exponent = match (case.geometry, case.indenter.head.tip()) {
             _ if case.indenter.mass.is_infinite() => 1.0,
-            (Geometry::Plane, _) | (_, Head::Flat { .. }) => 1.0 / 2.0,
-            (_, Head::Cone { .. }) => 1.0 / 3.0,
-            (_, Head::Paraboloid { .. } | Head::Sphere { .. } | Head::Profile(_)) => 2.0 / 5.0,
+            (Geometry::Plane, _) | (_, Tip::Face) => 1.0 / 2.0,
+            (_, Tip::Point(_)) => 1.0 / 3.0,
+            (_, Tip::Round(_) | Tip::Other) => 2.0 / 5.0,
         };
         let force_ratio = libm::pow(1.0 + modulus_ratio, exponent);
         let power = match case.geometry {

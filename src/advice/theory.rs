@@ -38,7 +38,7 @@ use crate::{
     exact::{elastic_paraboloid::ElasticParaboloid, hertz::Hertz, paraboloid::Paraboloid},
     geometry::Geometry,
     model::ModelKind,
-    shape::Head,
+    shape::Tip,
     table::table,
     units::Unit,
 };
@@ -220,7 +220,7 @@ fn errors(case: &Case) -> Result<Vec<TheoryError>, Unknown> {
     }
     let (beta, time) = (case.target.material.shear_wave_speed, case.run.end_time);
     let on_axis = "stress on the axis";
-    let (quantity, error) = match (case.indenter.radius, &case.indenter.head) {
+    let (quantity, error) = match (case.indenter.radius, case.indenter.head.tip()) {
         (Some(_), _) if case.reaches_edge() && case.impact.contact == Rule::Prescribed => {
             return Err("for heads with an edge and prescribed motion nothing is measured");
         }
@@ -228,16 +228,16 @@ fn errors(case: &Case) -> Result<Vec<TheoryError>, Unknown> {
             ("drag", edge_error(case, radius, beta, time).ok_or(THIN)?)
         }
         // a sphere is a paraboloid where it is in contact before its edge
-        (_, Head::Paraboloid { nose_radius } | Head::Sphere { nose_radius }) => {
-            let error = paraboloid_error(case, *nose_radius, beta, time);
+        (_, Tip::Round(nose_radius)) => {
+            let error = paraboloid_error(case, nose_radius, beta, time);
             let reason = "the closed forms of the paraboloid do not hold at the end of the run";
             (on_axis, error.ok_or(reason)?)
         }
-        (_, Head::Cone { .. }) => (on_axis, cone_error(case, beta, time).ok_or(THIN)?),
-        (_, Head::Profile(_)) => {
-            return Err("for profiles whose edge contact does not reach nothing is measured");
+        (_, Tip::Point(_)) => (on_axis, cone_error(case, beta, time).ok_or(THIN)?),
+        (_, Tip::Other) => {
+            return Err("for other heads whose edge contact does not reach nothing is measured");
         }
-        (_, Head::Flat { .. }) => return Err("contact does not reach the edge of the face"),
+        (_, Tip::Face) => return Err("contact does not reach the edge of the face"),
     };
     Ok(vec![TheoryError { quantity, time: Some(time), error }])
 }
@@ -250,10 +250,10 @@ fn impact_errors(case: &Case) -> Result<Option<Vec<TheoryError>>, Unknown> {
     let (beta, mass) = (case.target.material.shear_wave_speed, case.indenter.mass);
     let stiffness = 1.0 / (2.0 * beta * (1.0 - beta * beta));
     let thickness = case.target.thickness;
-    let [peak, end, duration] = match (case.indenter.radius, &case.indenter.head) {
-        (Some(radius), Head::Flat { .. }) => flat_impact(beta, mass, radius, thickness)?,
-        (_, Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) => {
-            let ball = Hertz::new(case.impact.velocity, *nose_radius, mass, beta);
+    let [peak, end, duration] = match (case.indenter.radius, case.indenter.head.tip()) {
+        (Some(radius), Tip::Face) => flat_impact(beta, mass, radius, thickness)?,
+        (_, Tip::Round(nose_radius)) => {
+            let ball = Hertz::new(case.impact.velocity, nose_radius, mass, beta);
             let ball = ball.map_err(|_| "there is no such material")?;
             let (radius, duration) = (ball.largest_radius(), ball.duration());
             if radius > case.shape().radius() {
@@ -275,11 +275,11 @@ fn impact_errors(case: &Case) -> Result<Option<Vec<TheoryError>>, Unknown> {
             let force = libm::pow(ratio, 0.4);
             [force - 1.0, force.recip() - 1.0, duration]
         }
-        (_, Head::Cone { .. }) if thickness.is_none() && !case.reaches_edge() => {
+        (_, Tip::Point(_)) if thickness.is_none() && !case.reaches_edge() => {
             let force = libm::cbrt(stiffness);
             [force - 1.0, force.recip() - 1.0, 0.0]
         }
-        (_, Head::Cone { .. } | Head::Profile(_)) | (None, Head::Flat { .. }) => {
+        (_, Tip::Point(_) | Tip::Other) | (None, Tip::Face) => {
             return Err("for a body of finite mass with this head and target nothing is measured");
         }
     };

@@ -16,7 +16,7 @@ use crate::{
     contact::Rule,
     grid::{Back, Growth, Spacing, outer_radius},
     model::{ModelKind, elastic::FEWEST_ROWS},
-    shape::{Head, hertz_duration},
+    shape::{Tip, hertz_duration},
 };
 
 /// Default of `mesh.contact_cells`.
@@ -155,8 +155,8 @@ impl Parameters {
 
     /// Size of the cells near the contact \[R\].
     fn smallest_cell(&self, contact_cells: usize) -> f64 {
-        match (&self.indenter.head, self.indenter.radius) {
-            (Head::Flat { edge_radius: 0.0 }, Some(radius)) => {
+        match self.indenter.radius {
+            Some(radius) if self.indenter.head.is_flat() => {
                 let edge = super::rows::edge(self.mesh.order, &self.target);
                 Spacing::radial(contact_cells / 2, Some(radius), edge, None)
             }
@@ -169,9 +169,7 @@ impl Parameters {
         if let Some(load) = &self.load {
             return Some(load.force.duration()).filter(|duration| *duration > 0.0);
         }
-        let (Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) = self.indenter.head else {
-            return None;
-        };
+        let Tip::Round(nose_radius) = self.indenter.head.tip() else { return None };
         let depth = self.likely_radius().powi(2) / nose_radius;
         self.indenter.mass.is_finite().then(|| hertz_duration(depth, self.impact.velocity))
     }

@@ -49,11 +49,7 @@ pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
         let mass = mass(values, &head, radius, density)?;
         values.set("indenter.mass", values.system.default(Dimension::Mass, mass));
     }
-    let radius = match &head {
-        Head::Profile(curve) => Some(radius.unwrap_or(curve.last_radius())),
-        Head::Sphere { nose_radius } => Some(radius.unwrap_or(*nose_radius)),
-        Head::Flat { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => radius,
-    };
+    let radius = Some(Shape::new(head.clone(), radius).radius()).filter(|radius| radius.is_finite());
     // the radius of a profile is its last point, and would be the unit of length if it were written
     if let Some(radius) = radius.filter(|_| !values.checked.contains_key("length_unit")) {
         values.set("indenter.radius", radius);

@@ -20,7 +20,7 @@ use crate::{
         strength::Strength,
     },
     recording::Compression,
-    shape::{Head, Shape, hertz_depth},
+    shape::{Head, Shape, Tip, hertz_depth},
     units::{Dimension, Scales, Units},
 };
 
@@ -79,20 +79,12 @@ impl Parameters {
         }
         let (velocity, mass) = (self.impact.velocity, self.indenter.mass);
         let reach = self.within_rims(self.shape().reach(velocity * self.run.end_time));
-        match self.indenter.head {
-            Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }
-                if self.geometry == Geometry::Axisymmetric =>
-            {
-                let modulus = self.modulus();
-                let depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
-                reach.min((nose_radius * depth).sqrt())
-            }
-            Head::Sphere { .. }
-            | Head::Paraboloid { .. }
-            | Head::Flat { .. }
-            | Head::Cone { .. }
-            | Head::Profile(_) => reach,
+        let Tip::Round(nose_radius) = self.indenter.head.tip() else { return reach };
+        if self.geometry == Geometry::Plane {
+            return reach;
         }
+        let depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, self.modulus());
+        reach.min((nose_radius * depth).sqrt())
     }
 
     /// What every computed layer of a body is made of, as it is computed.

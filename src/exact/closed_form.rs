@@ -20,7 +20,7 @@ use crate::{
     geometry::Geometry,
     grid::MeshKind,
     model::ModelKind,
-    shape::Head,
+    shape::{Head, Tip},
     units::Unit,
     view::{Interface, StressAt, View},
 };
@@ -194,15 +194,15 @@ impl ClosedForm {
         let punch_radius = case.indenter.radius.unwrap_or(f64::INFINITY);
         let velocity = case.impact.velocity;
         // a prescribed contact spreads as the depth V0·t cuts the head: r*² = 2ρV0·t, r* = V0·t/s
-        let front = match case.indenter.head {
-            Head::Flat { edge_radius: 0.0 } => Front::Flat,
-            Head::Cone { slope } => Front::Cone { spread_rate: velocity / slope },
-            Head::Paraboloid { nose_radius } => Front::Paraboloid { curvature: 2.0 * nose_radius * velocity },
-            // the contact of Hertz takes it as one
-            Head::Sphere { nose_radius } if hertz.is_some() => {
+        let head = &case.indenter.head;
+        let front = match head.tip() {
+            Tip::Face if head.is_flat() => Front::Flat,
+            Tip::Point(slope) => Front::Cone { spread_rate: velocity / slope },
+            // the contact of Hertz takes a sphere as one
+            Tip::Round(nose_radius) if hertz.is_some() || matches!(head, Head::Paraboloid { .. }) => {
                 Front::Paraboloid { curvature: 2.0 * nose_radius * velocity }
             }
-            Head::Flat { .. } | Head::Sphere { .. } | Head::Profile(_) => {
+            Tip::Face | Tip::Round(_) | Tip::Other => {
                 return none("it needs a flat face with a sharp edge, a paraboloid or a cone");
             }
         };

@@ -26,7 +26,7 @@ use crate::{
     contact::Rule,
     geometry::Geometry,
     model::ModelKind,
-    shape::{Head, hertz_depth},
+    shape::{Tip, hertz_depth},
 };
 
 /// Points of the rule that integrates the time: its error is below 1e-11.
@@ -104,9 +104,7 @@ impl Hertz {
 
     /// The same with another modulus of the contact \[γc_p²\].
     pub(crate) fn of_modulus(case: &Case, modulus: f64) -> Option<Self> {
-        let (Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) = case.indenter.head else {
-            return None;
-        };
+        let Tip::Round(nose_radius) = case.indenter.head.tip() else { return None };
         let is_free = case.geometry == Geometry::Axisymmetric && case.impact.contact == Rule::Unilateral;
         if case.model != ModelKind::Elastic || !is_free {
             return None;

@@ -8,7 +8,7 @@ use crate::{
     contact::load::Load,
     geometry::Geometry,
     model::{Field, ModelKind},
-    shape::{Head, Shape},
+    shape::{Head, Shape, Tip},
 };
 
 /// Points on one side of the outline of a head that is not flat.
@@ -261,9 +261,7 @@ pub fn range(case: &Case, field: Field) -> f64 {
 
 /// p/V0 of [`range`]; under a ball on a graded mesh the largest pressure by Hertz, `2Ma/(πρ)` with the modulus M of the contact.
 fn rise(case: &Case) -> f64 {
-    if let (Some(_), Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) =
-        (case.mesh.grading, &case.indenter.head)
-    {
+    if let (Some(_), Tip::Round(nose_radius)) = (case.mesh.grading, case.indenter.head.tip()) {
         return 2.0 * case.modulus() * case.likely_radius() / (PI * nose_radius * case.impact.velocity);
     }
     let end_time = case.sizes.steps as f64 * case.sizes.dt;
