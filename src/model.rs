@@ -88,16 +88,30 @@ pub(crate) use gauge::{GaugePlan, UNDER_WAY as GAUGES_UNDER_WAY};
 pub use gauge::{GaugeValues, Gauges, Line, PointState};
 
 /// Theory of the target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModelKind {
     /// Simplified theory with one displacement; \[KA\] Eq. 18.
+    #[default]
     Rakhmatulin,
     /// Linear theory of elasticity; \[KA\] Eqs. 2, 3, 6.
     Elastic,
 }
 
 impl ModelKind {
+    /// Their names in case files.
+    pub const NAMES: [&str; 2] = ["rakhmatulin", "elastic"];
+
+    /// Its name in case files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// True if it has shear and displacements along r, as layers that slide, rims and other materials than isotropic ones need.
+    pub fn has_shear(self) -> bool {
+        self == Self::Elastic
+    }
+
     /// Numbers in memory for every node: displacements at all levels that are kept.
     ///
     /// * `corner`: the mixed-derivative correction of the simplified theory, if there is one
@@ -108,14 +122,19 @@ impl ModelKind {
         }
     }
 
-    /// Speed of the fastest waves along r.
+    /// Speeds along r and z of its waves, the fastest first.
     ///
     /// * `c_p`, `c_s`: speeds of longitudinal and shear waves
-    pub fn lateral_speed(self, c_p: f64, c_s: f64) -> f64 {
+    pub fn waves(self, c_p: f64, c_s: f64) -> Vec<[f64; 2]> {
         match self {
-            Self::Rakhmatulin => c_s,
-            Self::Elastic => c_p,
+            Self::Rakhmatulin => vec![[c_s, c_p]],
+            Self::Elastic => vec![[c_p; 2], [c_s; 2]],
         }
+    }
+
+    /// Speed of the fastest waves along r.
+    pub fn lateral_speed(self, c_p: f64, c_s: f64) -> f64 {
+        self.waves(c_p, c_s)[0][0]
     }
 }
 
@@ -205,7 +224,7 @@ impl Field {
 
     /// True if the model shows it.
     pub fn belongs_to(self, model: ModelKind) -> bool {
-        model == ModelKind::Elastic || Self::AXIAL.contains(&self)
+        model.has_shear() || Self::AXIAL.contains(&self)
     }
 }
 

@@ -189,7 +189,7 @@ impl Simulation {
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head.is_flat() && case.load.is_none()),
             rebound: None,
-            has_shear: case.model == ModelKind::Elastic,
+            has_shear: case.model.has_shear(),
             probes: case.record.probes.clone(),
             radii: grid.radii(),
             indenter,

@@ -12,7 +12,7 @@
 use crate::{
     case::Case,
     channels::Catalogue,
-    model::{GAUGES_UNDER_WAY, GaugePlan, ModelKind, scheme::Order},
+    model::{GAUGES_UNDER_WAY, GaugePlan, scheme::Order},
     recording::Compression,
 };
 
@@ -58,11 +58,11 @@ impl Estimate {
         let messages = Catalogue::new(case).estimated_size(case);
         let file = compressed(case, messages, COMPRESSED);
         let threads = rayon::current_num_threads() as f64;
-        let rate = match (case.model, case.mesh.order) {
+        let rate = match case.mesh.order {
             _ if !case.is_tiled() => GRADED_RATE,
-            (ModelKind::Elastic, _) => ELASTIC_RATE * threads,
-            (ModelKind::Rakhmatulin, Some(Order::Fourth)) => FOURTH_RATE * threads,
-            (ModelKind::Rakhmatulin, _) => SECOND_RATE * threads,
+            None => ELASTIC_RATE * threads,
+            Some(Order::Second) => SECOND_RATE * threads,
+            Some(Order::Fourth) => FOURTH_RATE * threads,
         };
         let computing = case.node_updates() / rate;
         let seconds = computing + case.sizes.steps as f64 * STEP_TIME + messages as f64 / WRITING_RATE;

@@ -30,7 +30,7 @@
 
 use serde::Serialize;
 
-use crate::{case::Case, geometry::Geometry, model::ModelKind, shape::Tip};
+use crate::{case::Case, geometry::Geometry, shape::Tip};
 
 /// Excess of the peak force above which `percuss run` and `percuss check` warn.
 pub const NOTED: f64 = 0.05;
@@ -76,7 +76,7 @@ impl Rigidity {
         let has_mass = case.indenter.mass.is_finite();
         let wave_energy_ratio = has_mass.then(|| libm::pow(force_ratio, power));
         let is_layered = case.sizes.layers.len() > 1;
-        let can_give = case.model == ModelKind::Elastic;
+        let can_give = case.model.has_shear();
         Some(Self { modulus_ratio, force_ratio, wave_energy_ratio, is_layered, can_give })
     }
 

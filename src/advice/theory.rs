@@ -37,7 +37,6 @@ use crate::{
     contact::Rule,
     exact::{elastic_paraboloid::ElasticParaboloid, hertz::Hertz, paraboloid::Paraboloid},
     geometry::Geometry,
-    model::ModelKind,
     shape::Tip,
     table::table,
     units::Unit,
@@ -164,7 +163,7 @@ impl Trust {
     pub fn of(case: &Case) -> Option<Self> {
         let known = |estimates| Self { estimates, ..Self::default() };
         let unknown = |reason| Self { not_estimated: Some(reason), ..Self::default() };
-        (case.model == ModelKind::Rakhmatulin).then(|| errors(case).map_or_else(unknown, known))
+        (!case.model.has_shear()).then(|| errors(case).map_or_else(unknown, known))
     }
 
     /// Whether the error is large enough to report.

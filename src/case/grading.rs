@@ -15,7 +15,7 @@ use super::{
 use crate::{
     contact::Rule,
     grid::{Back, Growth, Spacing, outer_radius},
-    model::{ModelKind, elastic::FEWEST_ROWS},
+    model::elastic::FEWEST_ROWS,
     shape::{Tip, hertz_duration},
 };
 
@@ -39,7 +39,7 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
     let spreads = indenter.is_some_and(|indenter| indenter.shape().spreads());
     let is_free = values.get("impact.contact") == Some(Rule::Unilateral);
     let is_physical = values.system.scales.is_some();
-    let is_elastic = values.model == ModelKind::Elastic;
+    let is_elastic = values.model.has_shear();
     let has_size = (spreads && is_free) || values.is_given("load.radius");
     let by_default = is_elastic && is_physical && has_size && !values.is_given("mesh.cells");
     if by_default && !values.is_given("mesh.contact_cells") {

@@ -199,7 +199,7 @@ pub(super) const ROOT: Section = Section {
     path: "",
     keys: &[
         key("title", Kind::Text("a text in quotes")).left_out("name of the case").means("title of the run"),
-        key("model", Kind::Name(&["rakhmatulin", "elastic"]))
+        key("model", Kind::Name(&ModelKind::NAMES))
             .default("\"rakhmatulin\"")
             .means("simplified theory with one displacement, or linear elasticity in full"),
         key("geometry", Kind::Name(&["axisymmetric", "plane"]))
@@ -602,8 +602,7 @@ impl Who {
     fn words(&self) -> String {
         match self {
             Self::All => String::new(),
-            Self::Model(ModelKind::Rakhmatulin) => "`rakhmatulin`: ".into(),
-            Self::Model(ModelKind::Elastic) => "`elastic`: ".into(),
+            Self::Model(model) => format!("`{}`: ", model.name()),
             Self::Dimensionless => "dimensionless cases: ".into(),
             Self::Physical => "physical cases: ".into(),
             Self::Shapes(shapes) => format!("{}: ", shapes.join(", ")),

@@ -153,10 +153,7 @@ impl Parameters {
             layers.iter().zip(&computed).map(|(rows, layer)| (rows.steps, rows.dz, layer.bond)).collect();
         let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
         let grid = grid.with_layers(dt, &rows, self.target.back);
-        match self.model {
-            ModelKind::Rakhmatulin => grid,
-            ModelKind::Elastic => grid.with_cells_between_nodes(),
-        }
+        if self.model.has_shear() { grid.with_cells_between_nodes() } else { grid }
     }
 
     /// What the schemes need to know of every computed layer.

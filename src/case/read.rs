@@ -18,7 +18,7 @@ use crate::{
     geometry::Geometry,
     grid::MeshKind,
     material::Strengths,
-    model::{Field, ModelKind, elastic},
+    model::{Field, elastic},
     units::{Dimension, STANDARD_GRAVITY},
 };
 
@@ -144,7 +144,7 @@ fn fall(values: &mut Values<'_>) {
 /// * `indenter`: likewise
 fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
     let is_paper = values.get("mesh.kind") == Some(MeshKind::Paper);
-    let is_elastic = values.model == ModelKind::Elastic;
+    let is_elastic = values.model.has_shear();
     grading::choose(values, indenter);
     if is_paper && (is_elastic || target.is_some_and(|target| !target.is_simple())) {
         let what = " needs model = \"rakhmatulin\" and a target of one layer with a rigid back";

@@ -130,7 +130,7 @@ impl Stack {
             let run = lateral_speed(self.model, &self.layers, &rows.layers, rows.dt) * self.slack * rows.dt;
             run <= rows.dr * (1.0 + ROUNDING)
         };
-        if self.model == ModelKind::Elastic && !is_stable(&rows) {
+        if !is_stable(&rows) {
             // waves that are made faster need smaller steps
             rows = fit(largest / (1.0 + LARGEST_CHANGE))?;
         }
@@ -150,7 +150,7 @@ impl Stack {
                 && rows.layers[*number].steps < FEWEST_SLIDING
                 && (slides(*number) || slides(number + 1))
         };
-        (0..self.layers.len()).find(is_thin).filter(|_| self.model == ModelKind::Elastic)
+        (0..self.layers.len()).find(is_thin)
     }
 
     /// The smallest number of cells found, larger than `cells`, that changes no wave speed by more than `change`.

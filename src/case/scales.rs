@@ -17,7 +17,6 @@ use crate::{
     material::{
         BondStrength, ENGINEERING, Elastic, ISOTROPIC, MaterialError, Preset, STIFFNESS, STRENGTHS, Strengths,
     },
-    model::ModelKind,
     units::{Dimension, Scales},
 };
 
@@ -61,13 +60,8 @@ impl<'d> Values<'d> {
     /// Bound of c_s/c_p: in the full theory the bulk modulus is positive, c_s²/c_p² < 3/4. Where wave speeds of layers are changed,
     /// after the change.
     pub fn largest_ratio(&self) -> f64 {
-        match self.model {
-            ModelKind::Rakhmatulin => 1.0,
-            ModelKind::Elastic if self.layers.is_some_and(|layers| layers > 1) => {
-                0.75f64.sqrt() / (1.0 + LARGEST_CHANGE)
-            }
-            ModelKind::Elastic => 0.75f64.sqrt(),
-        }
+        let change = if self.layers.is_some_and(|layers| layers > 1) { LARGEST_CHANGE } else { 0.0 };
+        if self.model.has_shear() { 0.75f64.sqrt() / (1.0 + change) } else { 1.0 }
     }
 
     /// The unit of length of a physical case \[m\]: that of its indenter or load, else a key of its own.

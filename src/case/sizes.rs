@@ -9,7 +9,7 @@ use super::{
 use crate::{
     contact::HALF_WIDTH,
     grid::{Back, FEWEST, Growth, MeshKind, Spacing, outer_radius},
-    model::{Dependence, ModelKind, cone::rows_ahead, elastic::FEWEST_ROWS, strain::NEAR_ROWS},
+    model::{Dependence, cone::rows_ahead, elastic::FEWEST_ROWS, strain::NEAR_ROWS},
     units::Dimension,
 };
 
@@ -149,10 +149,10 @@ impl Parameters {
 
     /// The spacing of a target of one layer, if there are rows enough for the scheme.
     fn check_rows(&self, values: &Values<'_>, spacing: Spacing, name: &str) -> Option<Spacing> {
-        let (fewest, reason) = match (self.model, self.target.back) {
-            (ModelKind::Elastic, _) => (FEWEST_ROWS, "model = \"elastic\""),
-            (ModelKind::Rakhmatulin, Back::Free) => (FEWEST, "target.back = \"free\""),
-            (ModelKind::Rakhmatulin, Back::Rigid) => return Some(spacing),
+        let (fewest, reason) = match self.target.back {
+            _ if self.model.has_shear() => (FEWEST_ROWS, "model = \"elastic\""),
+            Back::Free => (FEWEST, "target.back = \"free\""),
+            Back::Rigid => return Some(spacing),
         };
         let Some(rows) = spacing.layer_rows.filter(|rows| *rows < fewest) else { return Some(spacing) };
         let what = format!(": the layer has {rows} rows of cells, too few for {reason}");

@@ -4,7 +4,6 @@ use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, 
 use crate::{
     grid::{Back, Bond, Rim},
     material::{Material, PRESETS, Preset, Stiffness, Waves},
-    model::ModelKind,
     units::Scales,
 };
 
@@ -109,7 +108,7 @@ fn constants(
             let si = values.elastic(&material)?;
             let ((c_p, c_s), stiffness) = (si.wave_speeds(), si.stiffness());
             check_ratio(values, &material, stiffness.slowness());
-            if values.model == ModelKind::Rakhmatulin && !stiffness.is_isotropic() {
+            if !values.model.has_shear() && !stiffness.is_isotropic() {
                 let message = format!("`{material}` is not alike in all directions");
                 let help = "set model = \"elastic\": the simplified theory has one displacement";
                 values.problem(&material, message, help);
@@ -207,7 +206,7 @@ fn check_bond(values: &Values<'_>, path: &str, above: usize) {
         let message = format!("`{name}` is given, but nothing is above the first layer");
         values.problem(name, message, "leave the key out");
     }
-    if above > 0 && values.get(name) == Some(Bond::Sliding) && values.model == ModelKind::Rakhmatulin {
+    if above > 0 && values.get(name) == Some(Bond::Sliding) && !values.model.has_shear() {
         let message = format!("`{name}` = \"sliding\" needs model = \"elastic\"");
         let help = "leave the key out: the simplified theory has no displacements along the layers";
         values.problem(name, message, help);

@@ -79,11 +79,11 @@ impl<'d> Values<'d> {
         let mut root = document.root()?;
         let geometry =
             if text(&root, "geometry") == Some("plane") { Geometry::Plane } else { Geometry::Axisymmetric };
-        let is_elastic = text(&root, "model") == Some("elastic");
+        let model = root.get("model").and_then(plain).and_then(|model| model.try_into().ok());
         let mut values = Self {
             document,
             system: System { numbers: Numbers::Unclear, geometry, scales: None },
-            model: if is_elastic { ModelKind::Elastic } else { ModelKind::Rakhmatulin },
+            model: model.unwrap_or_default(),
             shape: None,
             layers: None,
             striker_layers: None,
@@ -171,7 +171,7 @@ impl<'d> Values<'d> {
 
     /// Reads the body of an indenter that gives.
     fn read_body(&mut self, mut body: DeTable<'d>, back: Option<DeTable<'d>>) {
-        if self.model == ModelKind::Rakhmatulin {
+        if !self.model.has_shear() {
             let message = "`indenter.body` needs model = \"elastic\"";
             self.problem(BODY.path, message, "leave the key out, or set the model");
         }
@@ -294,7 +294,7 @@ impl<'d> Values<'d> {
     fn refuse_owner(&self, row: &Key, name: &str) {
         let (owner, remedy) = match row.who {
             Who::All => return,
-            Who::Model(model) => (format!("needs model = \"{model:?}\"").to_lowercase(), "set the model"),
+            Who::Model(model) => (format!("needs model = \"{}\"", model.name()), "set the model"),
             Who::Dimensionless => (
                 "needs a dimensionless case, and this one is physical".into(),
                 "give shear_wave_speed and no material",

@@ -25,7 +25,6 @@ use crate::{
     case::Case,
     contact::Rule,
     geometry::Geometry,
-    model::ModelKind,
     shape::{Tip, hertz_depth},
 };
 
@@ -106,7 +105,7 @@ impl Hertz {
     pub(crate) fn of_modulus(case: &Case, modulus: f64) -> Option<Self> {
         let Tip::Round(nose_radius) = case.indenter.head.tip() else { return None };
         let is_free = case.geometry == Geometry::Axisymmetric && case.impact.contact == Rule::Unilateral;
-        if case.model != ModelKind::Elastic || !is_free {
+        if !case.model.has_shear() || !is_free {
             return None;
         }
         let (velocity, mass) = (case.impact.velocity, case.indenter.mass);

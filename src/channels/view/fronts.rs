@@ -12,7 +12,6 @@ use crate::{
     case::Case,
     channels::{Channel, FieldNote, Rate},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
-    model::ModelKind,
 };
 
 /// Points of half an ellipse.
@@ -30,13 +29,10 @@ struct Fronts {
 
 /// The channel of a case.
 pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
-    let meaning = match case.model {
-        ModelKind::Rakhmatulin => {
-            "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²"
-        }
-        ModelKind::Elastic => {
-            "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
-        }
+    let meaning = if case.model.has_shear() {
+        "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
+    } else {
+        "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²"
     };
     let note = FieldNote::new("entities", viewport.world.unit.name, meaning);
     let fronts = Fronts::new(case, viewport);

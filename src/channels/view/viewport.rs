@@ -7,7 +7,7 @@ use crate::{
     case::{Case, Grading, Sizes},
     contact::load::Load,
     geometry::Geometry,
-    model::{Field, ModelKind},
+    model::Field,
     shape::{Head, Shape, Tip},
 };
 
@@ -342,11 +342,8 @@ fn waves(case: &Case, shape: &Shape) -> Vec<EdgeWave> {
     if !case.target.layers[0].stiffness.is_isotropic() {
         return Vec::new();
     }
-    let speeds = match case.model {
-        ModelKind::Rakhmatulin => vec![[c_s, 1.0]],
-        ModelKind::Elastic => vec![[1.0, 1.0], [c_s, c_s]],
-    };
-    speeds.into_iter().filter_map(|speeds| edge_wave(case, shape, speeds)).collect()
+    let speeds = case.model.waves(1.0, c_s).into_iter();
+    speeds.filter_map(|speeds| edge_wave(case, shape, speeds)).collect()
 }
 
 /// Waves from the first step on at which the contact spreads no faster than they do; `None` if it outruns them to the end.
