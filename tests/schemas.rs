@@ -13,33 +13,26 @@ use std::{fs, path::Path};
 
 use prost_build::Config;
 
-/// The message of every channel, relative to `schemas`; imports are added.
-const FILES: [&str; 16] = [
-    "drag.proto",
-    "energy.proto",
-    "event.proto",
-    "field_slice.proto",
+/// Messages of other makers that channels use, relative to `schemas`; imports are added.
+const FOREIGN: [&str; 5] = [
     "foxglove/CompressedImage.proto",
     "foxglove/FrameTransforms.proto",
     "foxglove/Grid.proto",
     "foxglove/Log.proto",
     "foxglove/SceneUpdate.proto",
-    "interface_stress.proto",
-    "line_slice.proto",
-    "points.proto",
-    "probes.proto",
-    "sensor.proto",
-    "surface_profile.proto",
-    "velocity.proto",
 ];
 
 #[test]
 fn messages_are_those_of_the_schemas() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let schemas = root.join("schemas");
+    let own = fs::read_dir(&schemas).expect("a folder").map(|entry| entry.expect("a file").path());
+    let own = own.filter(|path| path.extension().is_some_and(|extension| extension == "proto"));
+    let mut files: Vec<_> = own.chain(FOREIGN.map(|file| schemas.join(file))).collect();
+    files.sort();
     let mut compiler = protox::Compiler::new([&schemas]).expect("a folder");
     compiler.include_imports(true).include_source_info(true);
-    compiler.open_files(FILES.map(|file| schemas.join(file))).expect("sound schemas");
+    compiler.open_files(files).expect("sound schemas");
     let out = tempfile::tempdir().expect("a temporary folder");
     let mut config = Config::new();
     config.enable_type_names().out_dir(out.path());
