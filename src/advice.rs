@@ -34,7 +34,7 @@ const LARGEST_FALL: f64 = 0.05;
 /// Share of the loss of energy that may be the mesh's.
 const LARGEST_LOSS: f64 = 0.1;
 /// Cells across the corner of an edge that show it.
-const CORNER_CELLS: f64 = 2.0;
+const EDGE_CELLS: f64 = 2.0;
 
 /// A warning about a case or its results.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -66,7 +66,7 @@ pub fn of_case(case: &Case) -> Vec<Finding> {
     if let Some(text) = sharp_edge(case) {
         warn("edge", text);
     }
-    if case.scales.is_some() && case.sizes.layer && case.target.back == Back::Rigid {
+    if case.scales.is_some() && case.sizes.has_back && case.target.back == Back::Rigid {
         warn(
             "base",
             "the layer lies on a rigid, smooth base, as if glued to it; a real support yields".into(),
@@ -142,7 +142,7 @@ fn sharp_edge(case: &Case) -> Option<String> {
         return None;
     }
     let remedy = match case.shape().corner_radius() {
-        corner if corner >= CORNER_CELLS * case.sizes.dr => return None,
+        corner if corner >= EDGE_CELLS * case.sizes.dr => return None,
         0.0 if case.indenter.head.is_flat() => "; indenter.edge_radius rounds it",
         0.0 => "",
         _ => ", as its corner is smaller than two cells",

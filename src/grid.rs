@@ -196,7 +196,7 @@ pub struct Grid {
     /// crosses the outer boundary.
     pub face: Vec<f64>,
     /// True if the backing is that of a layer; on a half-space the mesh only ends there.
-    pub is_layer: bool,
+    pub has_back: bool,
     /// True if the scheme has cells between nodes, in which displacements along r alternate freely.
     pub cells_between_nodes: bool,
     /// What holds the rim, on which the last nodes stand, if the target ends.
@@ -235,7 +235,7 @@ impl Grid {
             dt: spacing.dz,
             area: Vec::new(),
             face: Vec::new(),
-            is_layer: spacing.layer_rows.is_some(),
+            has_back: spacing.layer_rows.is_some(),
             cells_between_nodes: false,
             rim: None,
             half_cell_start,

@@ -320,7 +320,7 @@ impl StrainPeak {
 
     /// The larger of the strain of a cell and that on the backing, which only a layer has.
     fn largest(grid: &Grid, cell: strain::CellPeak, backing: Self) -> Self {
-        if grid.is_layer && backing.strain >= cell.strain {
+        if grid.has_back && backing.strain >= cell.strain {
             return backing;
         }
         let (r, z) = cell.place(grid);

@@ -536,7 +536,7 @@ fn dependence(case: &Case, depths: usize) -> Dependence {
 /// strain at their back is taken.
 fn coverage(case: &Case) -> Coverage {
     // frames have the energy of all of it
-    match case.sizes.layer || !case.record.frames.is_none() {
+    match case.sizes.has_back || !case.record.frames.is_none() {
         true => Coverage::Field,
         false => Coverage::Rows(dependence(case, case.sizes.covered)),
     }
@@ -552,7 +552,7 @@ fn instructions(engine: Engine) -> Instructions {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let strained = (!case.sizes.layer && case.is_tiled()).then(|| dependence(case, case.sizes.strained));
+    let strained = (!case.sizes.has_back && case.is_tiled()).then(|| dependence(case, case.sizes.strained));
     let shown = Sampling {
         frames: case.frame_fields(),
         gauges: striker::beside(case.gauges()),

@@ -238,7 +238,7 @@ impl Parameters {
             values.problem("mesh.contact_cells", message, help);
             return None;
         }
-        let layer = self.target.thickness.is_some();
+        let has_back = self.target.thickness.is_some();
         let depth = heights
             .iter()
             .zip(&layers)
@@ -256,7 +256,7 @@ impl Parameters {
             contact_reach,
             strained: rows,
             covered: rows,
-            layer,
+            has_back,
             layers,
             graded: Some(GradedSizes { widths, heights }),
             striker,

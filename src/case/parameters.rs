@@ -143,8 +143,8 @@ impl Parameters {
 
     /// The mesh of the target.
     pub fn grid(&self) -> Grid {
-        let &Sizes { dr, dz, dt, nr, nz, layer, ref layers, .. } = &self.sizes;
-        let spacing = Spacing { dr, dz, layer_rows: layer.then_some(nz) };
+        let &Sizes { dr, dz, dt, nr, nz, has_back, ref layers, .. } = &self.sizes;
+        let spacing = Spacing { dr, dz, layer_rows: has_back.then_some(nz) };
         let computed = self.target.computed();
         if let Some(GradedSizes { widths, heights }) = &self.sizes.graded {
             return self.target.graded_grid(self.geometry, &widths[..=nr], heights, dt);
@@ -304,8 +304,8 @@ impl Target {
     fn graded_grid(&self, geometry: Geometry, widths: &[f64], heights: &[Vec<f64>], dt: f64) -> Grid {
         let layers = heights.iter().zip(self.computed());
         let layers: Vec<_> = layers.map(|(heights, layer)| (heights.clone(), layer.bond)).collect();
-        let (rim, is_layer) = (self.radius.map(|_| self.rim), self.thickness.is_some());
-        Grid::graded(geometry, widths.to_vec(), dt, &layers, self.back, is_layer, rim)
+        let (rim, has_back) = (self.radius.map(|_| self.rim), self.thickness.is_some());
+        Grid::graded(geometry, widths.to_vec(), dt, &layers, self.back, has_back, rim)
     }
 
     /// The layers that are computed: of welded ones of the same constants, one.
@@ -561,7 +561,8 @@ pub struct Sizes {
     #[serde(skip)]
     pub covered: usize,
     /// True for layers, false if the last one is a half-space.
-    pub layer: bool,
+    #[serde(rename = "layer")]
+    pub has_back: bool,
     /// Rows of the computed layers, from the surface down.
     #[serde(skip)]
     pub layers: Vec<LayerSizes>,

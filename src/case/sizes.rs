@@ -52,8 +52,8 @@ impl Parameters {
         let corner = self.corner();
         let reach = if corner.is_some() { 2 } else { 1 };
         let mut above = rows.layers.split_off(computed.len());
-        let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
-        let finite = if layer { &rows.layers[..] } else { &rows.layers[..interfaces] };
+        let (has_back, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
+        let finite = if has_back { &rows.layers[..] } else { &rows.layers[..interfaces] };
         let finite = finite.iter().map(|layer| layer.steps as f64).sum::<f64>();
         // what strains and tension of interfaces are taken of, and what is recorded, with the row below
         let strained = (finite as usize).max(NEAR_ROWS) + 2;
@@ -64,7 +64,7 @@ impl Parameters {
         let moved = steps as usize + 2 + rows_ahead(reach);
         let needed = Dependence { last_step: steps as usize, depths: covered };
         let deep = needed.deepest(reach).min(moved) as f64;
-        let half_space = if layer { 0.0 } else { (deep - finite).max(FEWEST as f64) };
+        let half_space = if has_back { 0.0 } else { (deep - finite).max(FEWEST as f64) };
         let nz = finite + half_space + interfaces as f64;
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
         if self.indenter.striker.as_ref().is_some_and(|striker| striker.body.thickness.is_none()) {
@@ -83,7 +83,7 @@ impl Parameters {
             values.problem("mesh.cells", message, help);
             return None;
         }
-        if let Some(last) = rows.layers.last_mut().filter(|_| !layer) {
+        if let Some(last) = rows.layers.last_mut().filter(|_| !has_back) {
             last.steps = half_space as usize;
         }
         Some(Sizes {
@@ -100,7 +100,7 @@ impl Parameters {
             contact_reach,
             strained,
             covered,
-            layer,
+            has_back,
             striker: self.indenter.striker.as_ref().zip(columns.as_ref()).map(|(_, (_, [_, nr]))| {
                 BodySizes { nr: *nr, heights: equal_heights(&above), layers: above }
             }),

@@ -12,7 +12,7 @@ use crate::{
 ///
 /// * `thickness`: as a text
 pub(super) fn target(case: &Case, thickness: &str) -> String {
-    let text = match (case.sizes.layer, case.sizes.layers.len()) {
+    let text = match (case.sizes.has_back, case.sizes.layers.len()) {
         (true, 1) => format!("layer of thickness {thickness}"),
         (true, layers) => format!("{layers} layers of thickness {thickness}"),
         (false, 1) => "half-space".into(),
@@ -27,7 +27,7 @@ pub(super) fn target(case: &Case, thickness: &str) -> String {
 
 /// Time in which a wave crosses a layer \[R/c_p\]; `None` for a half-space.
 fn transit(case: &Case, number: usize) -> Option<f64> {
-    let is_half_space = !case.sizes.layer && number + 1 == case.sizes.layers.len();
+    let is_half_space = !case.sizes.has_back && number + 1 == case.sizes.layers.len();
     (!is_half_space).then(|| case.sizes.layers[number].rows() * case.sizes.dt)
 }
 

@@ -27,7 +27,7 @@ use crate::{
         journal::{Done, Entry, Journal, State},
         plan::{Plan, PlanError, Planned},
         request::{Keep, Request},
-        schedule::{self, Broken, Limits},
+        schedule::{self, Limits, ScheduleError},
         script::{Scheduler, script},
         spec::{Combine, Samples, Vary},
         uncertainty::Spread,
@@ -138,10 +138,10 @@ impl From<FolderError> for CliError {
     }
 }
 
-impl From<Broken> for CliError {
-    fn from(error: Broken) -> Self {
+impl From<ScheduleError> for CliError {
+    fn from(error: ScheduleError) -> Self {
         match error {
-            Broken::Recording { error, .. } => error.into(),
+            ScheduleError::Recording { error, .. } => error.into(),
             error => Self::Failed(error.to_string()),
         }
     }

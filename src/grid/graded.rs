@@ -81,12 +81,12 @@ impl Grid {
         dt: f64,
         layers: &[(Vec<f64>, Bond)],
         back: Back,
-        is_layer: bool,
+        has_back: bool,
         rim: Option<Rim>,
     ) -> Self {
         let (dr, nr) = (widths[0], widths.len() - 1);
         let rows: Vec<_> = layers.iter().map(|(heights, bond)| (heights.len(), heights[0], *bond)).collect();
-        let spacing = Spacing { dr, dz: rows[0].1, layer_rows: is_layer.then_some(rows[0].0) };
+        let spacing = Spacing { dr, dz: rows[0].1, layer_rows: has_back.then_some(rows[0].0) };
         let mut grid = Self::new(geometry, MeshKind::Matched, spacing, nr, 1).with_layers(dt, &rows, back);
         let mut radii = vec![0.5 * dr];
         radii.extend(widths[1..nr].iter().scan(0.5 * dr, |r, width| {

@@ -206,7 +206,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
 
     /// True if the target has a back: where a half-space is cut off there is none.
     fn has_back(&self) -> bool {
-        self.grid.is_layer
+        self.grid.has_back
     }
 
     /// Cells that strains and stresses are taken of at level k.

@@ -50,7 +50,7 @@ pub struct Limits {
 
 /// Why a sweep ends before all cases have: none of it is the fault of a case.
 #[derive(Debug, thiserror::Error)]
-pub enum Broken {
+pub enum ScheduleError {
     /// The recording of a case failed, as on a full disk.
     #[error("case {number}: {error}")]
     Recording {
@@ -86,7 +86,7 @@ const PATIENCE: Duration = Duration::from_millis(100);
 /// # Errors
 ///
 /// What ended the sweep; cases that were under way are not done then.
-pub fn run<E: From<Broken>>(
+pub fn run<E: From<ScheduleError>>(
     plan: &Plan,
     jobs: Vec<Job>,
     limits: Limits,
@@ -193,9 +193,9 @@ impl<'a> Queue<'a> {
     }
 
     /// Computes a case; `None` if it was interrupted.
-    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, Broken> {
+    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, ScheduleError> {
         let (number, start) = (job.number, Instant::now());
-        let case = self.plan.case(number).map_err(|error| Broken::Changed { number, error })?;
+        let case = self.plan.case(number).map_err(|error| ScheduleError::Changed { number, error })?;
         let mut watch = |_: &View<'_>| match self.is_over() {
             true => Flow::Interrupt("the sweep is interrupted".into()),
             false => Flow::Continue,
@@ -240,13 +240,13 @@ impl<'a> Queue<'a> {
             Err(RunError::Simulation(error)) => {
                 Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default())))
             }
-            Err(error) => Err(Broken::Recording { number, error }),
+            Err(error) => Err(ScheduleError::Recording { number, error }),
         }
     }
 }
 
 /// One thread's part of the work.
-fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, Broken>>) {
+fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, ScheduleError>>) {
     // the thread itself is the pool of small cases
     let own = match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
         Ok(own) => own,
@@ -258,7 +258,7 @@ fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, Broken>>) {
             threads => ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
-                .map_err(Broken::from)
+                .map_err(ScheduleError::from)
                 .and_then(|pool| queue.compute(&job, &pool)),
         };
         queue.give_back(share);

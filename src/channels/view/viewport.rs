@@ -138,7 +138,7 @@ impl Viewport {
         let reach = sizes.contact_reach;
         let half_width =
             (reach + case.wave_speed() * end_time).min(sizes.outer_radius).min(case.record.r_max);
-        let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
+        let depth = if sizes.has_back { sizes.depth } else { end_time.min(sizes.depth) };
         // around the near zone of a graded mesh
         let [half_width, depth] = match case.mesh.grading {
             Some(Grading { near: [radius, down], .. }) => {

@@ -106,7 +106,7 @@ impl Ratios {
             }
         }
         let columns = columns.start..columns.end.min(grid.nr());
-        let faces = [Some(0), grid.is_layer.then_some(grid.nz)].into_iter().flatten();
+        let faces = [Some(0), grid.has_back.then_some(grid.nz)].into_iter().flatten();
         for row in faces.filter(|row| rows.contains(row)) {
             let Some(strength) = known(row) else { continue };
             for column in columns.clone() {
