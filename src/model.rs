@@ -144,14 +144,14 @@ impl ModelKind {
 pub enum Field {
     /// Displacement u_z into the target \[R\].
     Displacement,
-    /// Displacement u_r outwards \[R\].
-    DisplacementR,
     /// Velocity ∂u_z/∂t \[c_p\].
     Velocity,
-    /// Velocity ∂u_r/∂t \[c_p\].
-    VelocityR,
     /// Axial stress −σ_zz, compression positive like the interface stress \[γc_p²\].
     Stress,
+    /// Displacement u_r outwards \[R\].
+    DisplacementR,
+    /// Velocity ∂u_r/∂t \[c_p\].
+    VelocityR,
     /// Radial stress −σ_rr, of the same sign \[γc_p²\].
     StressRr,
     /// Hoop stress −σ_θθ (plane: −σ_yy, out of the plane), of the same sign \[γc_p²\].
@@ -172,10 +172,10 @@ impl Field {
     /// All of them; model `rakhmatulin` has the fields of [`Field::AXIAL`].
     pub const ALL: [Self; 12] = [
         Self::Displacement,
-        Self::DisplacementR,
         Self::Velocity,
-        Self::VelocityR,
         Self::Stress,
+        Self::DisplacementR,
+        Self::VelocityR,
         Self::StressRr,
         Self::StressTt,
         Self::StressRz,
@@ -188,22 +188,25 @@ impl Field {
     /// The fields of a theory with one displacement.
     pub const AXIAL: [Self; 3] = [Self::Displacement, Self::Velocity, Self::Stress];
 
+    /// Their names in case files and topics.
+    pub const NAMES: [&str; 12] = [
+        "displacement",
+        "velocity",
+        "stress",
+        "displacement_r",
+        "velocity_r",
+        "stress_rr",
+        "stress_tt",
+        "stress_rz",
+        "pressure",
+        "von_mises",
+        "max_shear",
+        "damage_ratio",
+    ];
+
     /// Its name in case files and topics.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Displacement => "displacement",
-            Self::DisplacementR => "displacement_r",
-            Self::Velocity => "velocity",
-            Self::VelocityR => "velocity_r",
-            Self::Stress => "stress",
-            Self::StressRr => "stress_rr",
-            Self::StressTt => "stress_tt",
-            Self::StressRz => "stress_rz",
-            Self::Pressure => "pressure",
-            Self::VonMises => "von_mises",
-            Self::MaxShear => "max_shear",
-            Self::DamageRatio => "damage_ratio",
-        }
+        Self::NAMES[self as usize]
     }
 
     /// Its unit among those of a run.

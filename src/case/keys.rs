@@ -9,7 +9,7 @@ use super::{
     system::System,
 };
 use crate::{
-    model::{ModelKind, elastic, scheme},
+    model::{Field, ModelKind, elastic, scheme},
     units::Dimension::{self, Density, Force, Frequency, Length, Mass, Speed, Stress, Time},
 };
 
@@ -173,20 +173,6 @@ pub(super) const FORCE_ROWS: [&str; 3] = ["points", "table", "recording"];
 pub(super) const OF_INDENTER: [&str; 2] = ["indenter", "impact"];
 /// Shapes of indenters.
 pub(super) const SHAPES: [&str; 5] = ["flat", "paraboloid", "sphere", "cone", "profile"];
-const FIELDS: [&str; 12] = [
-    "displacement",
-    "velocity",
-    "stress",
-    "displacement_r",
-    "velocity_r",
-    "stress_rr",
-    "stress_tt",
-    "stress_rz",
-    "pressure",
-    "von_mises",
-    "max_shear",
-    "damage_ratio",
-];
 const VIEWS: [&str; 6] = ["field", "image", "scene", "fronts", "tf", "profile"];
 const RAKHMATULIN: Who = Who::Model(ModelKind::Rakhmatulin);
 const ELASTIC: Who = Who::Model(ModelKind::Elastic);
@@ -566,7 +552,7 @@ pub(super) const SECTIONS: [Section; 7] = [
             key("sensor", Kind::Tables).means(
                 "sensors on the faces, 100 at most: mean displacement or velocity over a disc, on `/sensor/0`, …, in every step",
             ),
-            key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
+            key("fields", list(&Kind::Name(&Field::NAMES), "fields", MAX_LIST)).default("[\"stress\"]").means(
                 "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is \
                  −σ_zz, `pressure` the mean of the normal ones; `damage_ratio`, of layers with a strength that is known, the largest ratio of \
                  a stress to it: of von Mises to yield_strength, of the first principal one to tensile_strength",
