@@ -2,8 +2,7 @@
 //! scheme of minimised mesh dispersion, and every run is recorded as a standard MCAP file.
 //!
 //! ```text
-//! case.toml -> Case -> Simulation{ model <-surface-> contact <-indenter } -+      indenter: rigid, or a model with a surface of its own
-//!              Case -> exact::ClosedForm ---------------------------------+-> View -> channels -> Recorder -> run.mcap
+//! case.toml -> Case -> ( Simulation{ model <-surface-> contact <-indenter, rigid or a model } | exact::ClosedForm ) -> View -> channels -> Recorder -> run.mcap
 //! ```
 //!
 //! # Example
@@ -102,9 +101,9 @@
 //! | key of a case | its row in [`case::keys`], and its use; a rule beside the use if it depends on other keys. `--resolved`, messages and the guide have it from the row |
 //! | indenter shape | a variant of [`shape::Head`], whose matches are all in that file, its name and keys in [`case::keys`], its rule in `src/case/indenter.rs`, its errors in `tests/cases/indenter.txt`; the guide's list is written from the keys |
 //! | contact rule, mesh | a variant in [`contact`], [`grid`]; matches on it fail to compile until extended, comparisons (`rule ==`) do not: look for them |
-//! | field of frames | a variant of [`model::Field`]; the exhaustive matches fail to compile until extended: how models show it, its unit, its colours |
+//! | field of frames | a variant of [`model::Field`] and its name beside it; the exhaustive matches fail to compile until extended: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, from which `tests/schemas.rs` writes its messages, and one line in [`channels::Catalogue::new`] |
-//! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
+//! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`] and its name in [`case::keys`]; a panel in [`layout`] |
 //! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases; for the fast engine a `Theory`, one file in `src/model/blocked`), a variant of [`model::ModelKind`] with its properties, both engines in [`simulation`], its closed forms in [`exact::closed_form`]; the exhaustive matches fail to compile until extended |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it covers cases, an arm of [`exact::closed_form::ClosedForm::for_case`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs`, and the case that it extends, if it has only its own lines |
