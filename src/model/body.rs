@@ -822,13 +822,17 @@ impl Scheme<2> for Body {
         energies
     }
 
-    fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
-        motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
-            let number = self.grid.layer_of(j);
-            let (medium, unit) = &self.layers[number];
-            let stress = self.strain(levels[1], pressure[i], j, i).stress(medium);
-            self.strengths[number].shown(field, &stress, *unit)
-        })
+    fn show(&self, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> impl FnMut(Field) -> f64 {
+        let number = self.grid.layer_of(j);
+        let (medium, unit) = &self.layers[number];
+        let mut stress = None;
+        move |field| {
+            motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
+                let stress =
+                    stress.get_or_insert_with(|| self.strain(levels[1], pressure[i], j, i).stress(medium));
+                self.strengths[number].shown(field, stress, *unit)
+            })
+        }
     }
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {
@@ -840,7 +844,7 @@ impl Scheme<2> for Body {
         if self.rows[j].is_none() {
             return 0.0;
         }
-        let [u, v] = [0, 1].map(|field| self.corners(now, field, j, i));
+        let (u, v) = (self.corners(now, 0, j, i), self.corners(now, 1, j, i));
         let Columns { spread, slope, hoop, .. } = &self.columns;
         let height = self.grid.height(j);
         let [spread, hoop] = [spread, hoop].map(|pair| [height * pair[0][i], height * pair[1][i]]);
@@ -886,7 +890,7 @@ impl Body {
 
     /// The same of the cell below row `j`: at the inner and the outer side, each above and below.
     fn corners(&self, level: &Level<2>, field: usize, j: usize, i: usize) -> [[f64; 2]; 2] {
-        let [upper, lower] = [j, j + 1].map(|j| self.sides(level, field, j, i));
+        let (upper, lower) = (self.sides(level, field, j, i), self.sides(level, field, j + 1, i));
         [[upper[0], lower[0]], [upper[1], lower[1]]]
     }
 
@@ -930,7 +934,8 @@ impl Body {
 
     /// Strains of the cell below row `j` at the inner side of column `i`.
     fn cell_strains(&self, level: &Level<2>, j: usize, i: usize) -> CellStrains {
-        let ([u, v], height) = ([0, 1].map(|field| self.corners(level, field, j, i)), self.grid.height(j));
+        let (u, v) = (self.corners(level, 0, j, i), self.corners(level, 1, j, i));
+        let height = self.grid.height(j);
         let by = |[upper, lower]: [f64; 2]| lower - upper;
         let sum = |[upper, lower]: [f64; 2]| lower + upper;
         let (first, last) = (by(u[0]) / height, by(u[1]) / height);

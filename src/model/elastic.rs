@@ -199,11 +199,16 @@ impl Scheme<2> for CellScheme {
         energies
     }
 
-    fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
-        motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
-            let row = self.at_row(j);
-            row.stress(field, &row.strain(self.reading(levels[1]), pressure[i], i))
-        })
+    fn show(&self, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> impl FnMut(Field) -> f64 {
+        let mut strain = None;
+        move |field| {
+            motion(field, levels, self.grid.dt(), j, i).unwrap_or_else(|| {
+                let row = self.at_row(j);
+                let strain =
+                    strain.get_or_insert_with(|| row.strain(self.reading(levels[1]), pressure[i], i));
+                row.stress(field, strain)
+            })
+        }
     }
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {

@@ -269,10 +269,10 @@ fn equal_rows_and_columns_are_the_uniform_mesh() {
         // stresses by what strains of the size of the displacements give
         let unit = 300.0 * size / grid.dr.min(grid.dz);
         for (j, i) in (0..=grid.nz).flat_map(|j| (0..nr).map(move |i| (j, i))) {
+            let mut of_uniform = uniform.1.show([&a.before, &a.now, &a.now], &pressure, j, i);
+            let mut of_graded = graded.1.show([&b.before, &b.now, &b.now], &pressure, j, i);
             for field in Field::ALL {
-                let a = uniform.1.show(field, [&a.before, &a.now, &a.now], &pressure, j, i);
-                let b = graded.1.show(field, [&b.before, &b.now, &b.now], &pressure, j, i);
-                close(a, b, unit, field.name());
+                close(of_uniform(field), of_graded(field), unit, field.name());
             }
             if j < grid.nz {
                 close(

@@ -272,9 +272,9 @@ impl Scheme<1> for Rakhmatulin {
         energies
     }
 
-    fn show(&self, field: Field, levels: Levels<'_, 1>, pressure: &[f64], j: usize, i: usize) -> f64 {
+    fn show(&self, levels: Levels<'_, 1>, pressure: &[f64], j: usize, i: usize) -> impl FnMut(Field) -> f64 {
         let [before, now, next] = levels;
-        match field {
+        move |field| match field {
             Field::Displacement => now[0][[j, i]],
             Field::Velocity => scheme::velocity(before[0][[j, i]], next[0][[j, i]], self.grid.dt()),
             Field::Stress if j == 0 => pressure[i],

@@ -9,8 +9,8 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks, Model,
-    PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
+    CompletedStep, Dependence, Extent, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks,
+    Model, PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
     cells::Stress,
     cone::{ConeState, LightCone},
     scheme,
@@ -100,10 +100,16 @@ pub trait Scheme<const FIELDS: usize>: Send {
         self.energies(earlier, later).into_iter().sum()
     }
 
-    /// Value of `field` at node (j, i) and level k.
+    /// Values of fields at node (j, i) and level k; those of stress are all of one tensor.
     ///
     /// * `pressure`: on the surface during the step from k to k+1, shape `(nr,)` \[γc_p²\]
-    fn show(&self, field: Field, levels: Levels<'_, FIELDS>, pressure: &[f64], j: usize, i: usize) -> f64;
+    fn show(
+        &self,
+        levels: Levels<'_, FIELDS>,
+        pressure: &[f64],
+        j: usize,
+        i: usize,
+    ) -> impl FnMut(Field) -> f64;
 
     /// Largest strain on the surface at column `i`, by magnitude.
     ///
@@ -269,22 +275,23 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         let levels = [&self.before, &self.now, &self.next];
         let every = self.shown.every;
         let rows = self.grid.shown_rows(every);
-        let sample = |&field: &Field| {
-            let mut sample = Sample::at_rest(field, &self.grid, &self.shown);
-            let nr = sample.extent.nr;
-            for (place, value) in sample.values.iter_mut().enumerate() {
-                let (j, i) = (rows[place / nr], place % nr * every);
-                *value = self.scheme.show(field, levels, pressure, j, i) as f32;
+        let at_rest = |&field: &Field| Sample::at_rest(field, &self.grid, &self.shown);
+        let mut samples: Vec<Sample> = self.shown.fields.iter().map(at_rest).collect();
+        if let Some(Extent { nr, .. }) = samples.first().map(|sample| sample.extent) {
+            for place in 0..rows.len() * nr {
+                let mut value = self.scheme.show(levels, pressure, rows[place / nr], place % nr * every);
+                for sample in &mut samples {
+                    sample.values[place] = value(sample.field) as f32;
+                }
             }
-            sample
-        };
+        }
         let energies = [[&self.before, &self.now], [&self.now, &self.next]]
             .map(|[earlier, later]| self.scheme.energies(earlier, later));
         let layers = (0..self.grid.layers.len()).map(|n| energies.each_ref().map(|layers| layers[n]));
         Frame {
             energy: energies.each_ref().map(|layers| layers.iter().copied().sum()),
             layers: layers.collect(),
-            samples: self.shown.fields.iter().map(sample).collect(),
+            samples,
             surface: self.now[0].row(0).iter().take(self.grid.nr()).copied().collect(),
         }
     }
@@ -320,14 +327,15 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         let GaugePlan { point_nodes, line_nodes, .. } = &self.gauges;
         let levels = [&self.before, &self.now, &self.next];
         let all = (0..self.grid.nz + 1, 0..self.columns);
-        let show = |field: Field, j: usize, i: usize| self.scheme.show(field, levels, pressure, j, i);
+        let show = |j: usize, i: usize| self.scheme.show(levels, pressure, j, i);
         let mut points = vec![PointState::default(); point_nodes.len()];
         for (j, numbers) in point_nodes.within(all.0.clone(), all.1.clone()) {
             for (state, &i) in points[numbers.clone()].iter_mut().zip(point_nodes.columns(&numbers)) {
+                let mut value = show(j, i);
                 *state = PointState {
-                    displacement: show(Field::Displacement, j, i),
-                    velocity: show(Field::Velocity, j, i),
-                    stress: show(Field::Stress, j, i),
+                    displacement: value(Field::Displacement),
+                    velocity: value(Field::Velocity),
+                    stress: value(Field::Stress),
                 };
             }
         }
@@ -335,7 +343,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             let mut lines = vec![0.0; line_nodes.len()];
             for (j, numbers) in line_nodes.within(all.0, all.1) {
                 for (stress, &i) in lines[numbers.clone()].iter_mut().zip(line_nodes.columns(&numbers)) {
-                    *stress = show(Field::Stress, j, i);
+                    *stress = show(j, i)(Field::Stress);
                 }
             }
             lines
