@@ -1,4 +1,5 @@
-"""Opens the report of a sweep of 1,000 cases in headless Chromium, chooses cases, sorts the table and follows a link.
+"""Opens the report of a sweep of 1,000 cases in headless Chromium, chooses cases, sorts the table and follows a link;
+then that of a grid of two inputs, a map.
 
     check_sweep.py percuss-read SCREENSHOT.png
 
@@ -113,6 +114,28 @@ try:
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": 400, "height": 1700, "deviceScaleFactor": 1, "mobile": False})
     assert driver.execute_script("return document.documentElement.scrollWidth <= 400"), "a narrow page does not scroll sideways"
     driver.save_screenshot(str(screenshot.with_name(screenshot.stem + "-narrow.png")))
+
+    # two inputs on a grid are a map, with the line on which the largest stress is the strength
+    map_folder = pathlib.Path("failure")
+    map_folder.mkdir()
+    with open(map_folder / "summary.csv", "w") as summary:
+        print("case,target.thickness [m],impact.velocity [m/s],status,peak_force [N],tensile_ratio", file=summary)
+        for case in range(42):
+            thickness, speed = 1e-3 * (1 + case // 7), 2.0 * (1 + case % 7)
+            print(f"{case + 1},{thickness},{speed},completed,{1e3 * speed},{speed / (4e3 * thickness)}", file=summary)
+    subprocess.run([reader.resolve(), "report", map_folder], check=True)
+    driver.set_window_size(1280, 1700)
+    driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    driver.get(pathlib.Path("failure.html").resolve().as_uri())
+    body = driver.find_element(By.TAG_NAME, "body")
+    until("the map is drawn", lambda: body.get_attribute("data-ready") == "true")
+    assert (count("cells"), count("points")) == (42, 42), "a cell for every case"
+    assert count("pieces") >= 3, "the line where the ratio is 1 crosses speeds of 4 to 14 m/s"
+    driver.save_screenshot(str(screenshot.with_name(screenshot.stem + "-map.png")))
+    Select(driver.find_element(By.ID, "colour")).select_by_visible_text("peak_force [kN]")
+    until("a force has no strength", lambda: (count("cells"), count("pieces")) == (42, 0))
+    Select(driver.find_element(By.ID, "y")).select_by_visible_text("tensile_ratio")
+    until("others are points", lambda: count("cells") == 0)
     log = driver.get_log("browser")
     assert not log, f"the console says {log}"
 finally:

@@ -70,8 +70,47 @@
     };
   };
 
-  // --- one case a point -------------------------------------------------------------------------------------------
+  // --- one case a point, or a cell of a map -------------------------------------------------------------------------
   let points = [];
+  /** The chosen cases as a map, if they are all combinations of the values of two columns. */
+  const grid = (x, y) => {
+    const order = ({ values }) => [...new Set(chosen.map((row) => values[row]))].filter((value) => value !== null).sort((a, b) => a - b);
+    const [xs, ys] = [x, y].map(order);
+    const key = (a, b) => `${a} ${b}`;
+    const rows = new Map(chosen.map((row) => [key(x.values[row], y.values[row]), row]));
+    const isFull = Math.min(xs.length, ys.length) > 1 && [chosen.length, xs.length * ys.length].every((number) => number === rows.size);
+    return isFull ? { xs, ys, row: (i, j) => rows.get(key(xs[i], ys[j])) } : null;
+  };
+  /** Pieces of the line on which a number is 1, between four neighbours [x, y, number]. */
+  const contour = (corners) => {
+    const ends = corners.flatMap(([ax, ay, a], i) => {
+      const [bx, by, b] = corners[(i + 1) % 4];
+      const share = (1 - a) / (b - a);
+      return a === null || b === null || a < 1 === b < 1 ? [] : [[ax + share * (bx - ax), ay + share * (by - ay)]];
+    });
+    return ends.length % 2 ? [] : [ends.slice(0, 2), ends.slice(2)].filter((piece) => piece.length);
+  };
+  const isRatio = (column) => /(yield_|tensile_|\.)ratio$/.test(column?.name);
+  /** Cells of a map, and of a ratio of stress to strength where it is 1; numbers of both. */
+  const drawMap = ({ xs, ys, row }, column, paint, across, up, [left, right, top, bottom], context) => {
+    const edges = (values, place, first, last) => [first, ...values.slice(1).map((value, i) => (place(values[i]) + place(value)) / 2), last];
+    const [columns, rows] = [edges(xs, across.place, left, right), edges(ys, up.place, bottom, top)];
+    const pairs = (width, height) => Array.from({ length: width * height }, (_, n) => [n % width, Math.floor(n / width)]);
+    for (const [i, j] of pairs(xs.length, ys.length)) {
+      context.fillStyle = paint(row(i, j));
+      context.fillRect(columns[i], rows[j + 1], columns[i + 1] - columns[i], rows[j] - rows[j + 1]);
+    }
+    if (!isRatio(column)) return [xs.length * ys.length, 0];
+    const corner = (i, j) => [across.place(xs[i]), up.place(ys[j]), column.values[row(i, j)]];
+    const pieces = pairs(xs.length - 1, ys.length - 1).flatMap(([i, j]) => contour([corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]));
+    for (const [colour, width] of [[theme("--card"), 5], [theme("--ink"), 2]]) {
+      [context.strokeStyle, context.lineWidth] = [colour, width];
+      context.beginPath();
+      for (const [from, to] of pieces) { context.moveTo(...from); context.lineTo(...to); }
+      context.stroke();
+    }
+    return [xs.length * ys.length, pieces.length];
+  };
   const drawScatter = () => {
     const { context, width, height } = prepare(document.querySelector("#scatter canvas"));
     const [left, right, top, bottom] = [64, 14, 10, 44];
@@ -109,17 +148,22 @@
     const paint = colours();
     const size = chosen.length > 3000 ? 2 : 3;
     points = [];
+    const column = numbers[get("colour").value];
+    const map = column && grid(x, y);
+    const [cells, pieces] = map ? drawMap(map, column, paint, across, up, [left, width - right, top, height - bottom], context) : [0, 0];
+    document.querySelector("#scatter figcaption").textContent = `One case a ${map ? "cell" : "point"}${pieces ? "; the line: stress is as large as strength" : ""}`;
     context.globalAlpha = 0.8;
     for (const row of chosen) {
       const [px, py] = [across.place(x.values[row]), up.place(y.values[row])];
       if (!Number.isFinite(px + py)) continue;
       points.push([px, py, row]);
+      if (map) continue;
       context.fillStyle = paint(row);
       context.beginPath();
       context.arc(px, py, size, 0, 2 * Math.PI);
       context.fill();
     }
-    document.body.dataset.points = points.length;
+    Object.assign(document.body.dataset, { points: points.length, cells, pieces });
   };
   const showPoint = (event) => {
     const REACH = 14;
@@ -331,7 +375,10 @@
     const status = columns.indexOf(named(data.status));
     const varied = numbers.filter((column) => columns.indexOf(column) < status);
     const measured = numbers.filter((column) => columns.indexOf(column) > status);
-    const start = { x: varied[0] ?? numbers[0], y: measured[0] ?? numbers[1] ?? numbers[0], colour: varied[1] };
+    const isMap = varied.length === 2 && grid(...varied);
+    const start = isMap
+      ? { x: varied[0], y: varied[1], colour: measured.find(isRatio) ?? measured[0] }
+      : { x: varied[0] ?? numbers[0], y: measured[0] ?? numbers[1] ?? numbers[0], colour: varied[1] };
     get("colour").append(make("option", { value: "" }, "none"));
     for (const id of ["x", "y", "colour"]) {
       numbers.forEach((column, i) => get(id).append(make("option", { value: i }, label(column))));
