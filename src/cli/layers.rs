@@ -27,8 +27,8 @@ pub(super) fn target(case: &Case, thickness: &str) -> String {
 
 /// Time in which a wave crosses a layer \[R/c_p\]; `None` for a half-space.
 fn transit(case: &Case, number: usize) -> Option<f64> {
-    let is_half_space = !case.sizes.has_back && number + 1 == case.sizes.layers.len();
-    (!is_half_space).then(|| case.sizes.layers[number].rows() * case.sizes.dt)
+    let layer = &case.target.computed()[number];
+    Some(layer.thickness? / (layer.wave_speed * (1.0 + case.sizes.layers[number].speed_change)))
 }
 
 /// Time in which a wave crosses all layers above a half-space \[R/c_p\].
@@ -61,11 +61,10 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
         None => format!("{z:.4}"),
     };
     let row = |(number, (layer, rows)): (usize, (&TargetLayer, &LayerSizes))| {
-        let LayerSizes { dz, speed_change, .. } = rows;
-        let rows = rows.rows();
-        let size = match transit(case, number) {
-            Some(time) => {
-                format!("{} crossed in {}", units.length.text_to(6, rows * dz), units.time.text_to(6, time))
+        let (rows, speed_change) = (rows.rows(), rows.speed_change);
+        let size = match layer.thickness.zip(transit(case, number)) {
+            Some((thickness, time)) => {
+                format!("{} crossed in {}", units.length.text_to(6, thickness), units.time.text_to(6, time))
             }
             None => "half-space".into(),
         };
