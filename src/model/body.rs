@@ -24,7 +24,9 @@
 //! # Lateral damping
 //!
 //! `E_r = A⁻¹GᵀWG` with `G_id = (d_{i+1} − d_{i−1})/4` and `W_i = min(a_{i−1}, a_{i+1})` of the areas of nodes, so that `E_r ≤ ¼` on every mesh: in the form of
-//! [`scheme::double_radial`], `outward_i = W_{i+1}/16a_i`, `inward_i = W_{i−1}/16a_i`, with images about the axis.
+//! [`scheme::double_radial`], `outward_i = W_{i+1}/16a_i`, `inward_i = W_{i−1}/16a_i`, with images about the axis. Waves stay in a wider cell for more
+//! steps, each of which damps them: `W_i = √(h_0/h_i)·min(…)` there, so that E_r² takes as much per cell as where cells are h_0. (Without it a ball's pulse
+//! lost a third over 160 mm of cells of 0.5 mm, h_0 of 3 µm.)
 
 use std::ops::Range;
 
@@ -205,7 +207,8 @@ impl Columns {
                 let least = |i: usize| {
                     // at the axis the image of node 0 is its inner neighbour; nothing moves beyond the last
                     let outer = if i + 1 < grid.nr() { node(field, i + 1) } else { return 0.0 };
-                    node(field, i.saturating_sub(1)).min(outer)
+                    let share = (grid.width(0) / grid.width(i)).sqrt().min(1.0);
+                    share * node(field, i.saturating_sub(1)).min(outer)
                 };
                 RadialWeights {
                     outward: array(&|i| scale * least(i + 1) / node(field, i), cells - 1),
