@@ -39,7 +39,7 @@ const EDGE_CELLS: f64 = 2.0;
 /// A warning about a case or its results.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Finding {
-    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `mass`, `strain`, `cells`, `loss`.
+    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `far`, `mass`, `strain`, `cells`, `near`, `loss`.
     #[serde(rename = "about")]
     pub code: &'static str,
     /// The problem, its place and the remedy.
@@ -77,6 +77,16 @@ pub fn of_case(case: &Case) -> Vec<Finding> {
     }
     if let Some(text) = light_body(case) {
         warn("mass", text);
+    }
+    if let Some(([r, z], width, allowed)) = case.coarse_point() {
+        let [r, z, width, allowed] = [r, z, width, allowed].map(|x| case.units().length.text(x));
+        warn(
+            "far",
+            format!(
+                "at the recorded point r = {r}, z = {z} cells are {width} wide, too wide for the pulse of the contact, which gets there broader and lower \
+                 than it is; set mesh.largest_cell = {allowed} or less"
+            ),
+        );
     }
     match Trust::of(case) {
         Some(trust) if trust.is_notable() => warn("theory", trust.text(case)),
@@ -348,6 +358,15 @@ mod tests {
         let hard = of_case(&Case::sound(BALL, &["target.material=alumina"]));
         assert_eq!(codes(&hard), ["base", "rigid"]);
         assert!(hard[1].text.contains("about 48 % too high"), "{hard:?}");
+        let graded = |largest: &str| {
+            let point = "record.points=[[\"1 mm\", \"5 mm\"], [\"0.15 m\", \"5 mm\"]]";
+            let settings = ["mesh.contact_cells=10", "run.end_time=80 us", point, largest];
+            of_case(&Case::sound(BALL, &settings))
+        };
+        let far = graded("mesh.largest_cell=inf");
+        assert_eq!(codes(&far), ["base", "far"]);
+        assert!(far[1].text.contains("r = 150.0 mm, z = 5.000 mm cells are 7."), "{far:?}");
+        assert_eq!(codes(&graded("mesh.largest_cell=4 mm")), ["base"]);
         let found = of_run(&ball);
         assert_eq!(codes(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");

@@ -266,7 +266,7 @@ fn grading(case: &Case, facts: &GradingFacts) -> String {
     let [radius, depth] = grading.near.map(|x| length.text(x));
     let [top, middle, bottom] = wavelengths.map(|x| length.text(x));
     format!(
-        "{} cells across the contact, alike to r = {radius}, z = {depth}, then each {} times the one before; ten nodes have waves of {top} at the surface, \
+        "{} cells across the contact, alike to r = {radius}, z = {depth}, then each {} times the one before; along z ten nodes have waves of {top} at the surface, \
          {middle} in the middle, {bottom} at the back; {:.1e} of the work of equal cells",
         grading.contact_cells, grading.ratio, work
     )
