@@ -354,6 +354,8 @@ const MUNRO: &str = "99.5 %: Munro, J. Am. Ceram. Soc. 80 (1997) 1919";
 const FLOAT: &str = "float, bending: EN 572-1; compression: data sheets of Saint-Gobain, AGC";
 /// Tension at break by ISO 527, yield stress in compression by ISO 604.
 const CAST: &str = "cast Plexiglas GS: Röhm 211-1";
+/// The softest temper.
+const CDA: &str = "CuZn37: Copper Development Association, Publication 120";
 
 const fn speeds(name: &'static str, density: f64, c_p: f64, c_s: f64) -> Preset {
     plain(name, density, Constants::Speeds(c_p, c_s), CRC)
@@ -377,9 +379,9 @@ const fn plain(name: &'static str, density: f64, constants: Constants, source: &
 pub const PRESETS: [Preset; 22] = [
     young("alumina", 3900.0, 370e9, 0.22, TYPICAL).breaks(267e6, 3e9, MUNRO),
     speeds("aluminium", 2700.0, 6420.0, 3040.0).yields(240e6, 290e6, "6061-T6: ASTM B209"),
-    speeds("brass", 8600.0, 4700.0, 2110.0),
+    speeds("brass", 8600.0, 4700.0, 2110.0).yields(125e6, 355e6, CDA),
     laminate("carbon-epoxy", 1600.0, [78.81e9, 13.07e9, 5.648e9, 4.750e9, 26.88e9], CARBON),
-    speeds("copper", 8930.0, 5010.0, 2270.0),
+    speeds("copper", 8930.0, 5010.0, 2270.0).yields(180e6, 240e6, "Cu-DHP R240: EN 1652"),
     young("epoxy", 1200.0, 3.5e9, 0.35, TYPICAL),
     speeds("fused-silica", 2200.0, 5968.0, 3764.0).breaks(48e6, 1.1e9, "data sheet of GE 124"),
     young("glass", 2500.0, 71.3e9, 0.22, KAYE_LABY).breaks(45e6, 1e9, FLOAT),
