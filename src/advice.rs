@@ -359,14 +359,14 @@ mod tests {
         assert_eq!(codes(&hard), ["base", "rigid"]);
         assert!(hard[1].text.contains("about 48 % too high"), "{hard:?}");
         let graded = |largest: &str| {
-            let point = "record.points=[[\"1 mm\", \"5 mm\"], [\"0.15 m\", \"5 mm\"]]";
-            let settings = ["mesh.contact_cells=10", "run.end_time=80 us", point, largest];
+            let point = "record.points=[[\"1 mm\", \"5 mm\"], [\"0.35 m\", \"5 mm\"]]";
+            let settings = ["mesh.contact_cells=10", "run.end_time=160 us", point, largest];
             of_case(&Case::sound(BALL, &settings))
         };
         let far = graded("mesh.largest_cell=inf");
         assert_eq!(codes(&far), ["base", "far"]);
-        assert!(far[1].text.contains("r = 150.0 mm, z = 5.000 mm cells are 7."), "{far:?}");
-        assert_eq!(codes(&graded("mesh.largest_cell=4 mm")), ["base"]);
+        assert!(far[1].text.contains("r = 350.0 mm, z = 5.000 mm cells are 17.31 mm wide"), "{far:?}");
+        assert_eq!(codes(&graded("mesh.largest_cell=14 mm")), ["base"]);
         let found = of_run(&ball);
         assert_eq!(codes(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");

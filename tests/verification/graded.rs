@@ -37,7 +37,7 @@ fn difference(curve: &[(f64, f64)], reference: &[(f64, f64)]) -> f64 {
     (squares / curve.len() as f64).sqrt()
 }
 
-/// 4.1e-4 on the half-space, with the ratio 1.1 7.4e-4, and 7.3e-4 on the plate. All but 2.4e-4 of either are waves of three to six steps a period, which nodes
+/// 4.1e-4 on the half-space, with the ratio 1.1 7.4e-4, and 7.0e-4 on the plate. All but 2.4e-4 of either are waves of three to six steps a period, which nodes
 /// excite as they come into contact: rows that have grown send them back, equal ones let them run, on the plate to its free back and back again. They are no more
 /// right there: on the plate equal cells are 1.71e-3 away from the mesh of twice as many, graded ones 1.72e-3.
 #[test]
