@@ -218,7 +218,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
             quantities.push(if has_order { quantity } else { quantity.without_order() });
         }
     }
-    Ok(Study { levels, closed_form: form.map(|form| form.name()), quantities })
+    Ok(Study { levels, closed_form: form.map(|form| form.name), quantities })
 }
 
 impl Level {

@@ -102,11 +102,11 @@ impl Expected {
         let half_space = on_half_space(&hertz, case.target.material.shear_wave_speed).ok();
         let ways = case.target.layers.iter().map(|layer| Some(2.0 * layer.thickness? / layer.wave_speed));
         let echo = ways.sum::<Option<f64>>();
-        let pressure = hertz.pressure(0.0, hertz.largest_depth());
+        let pressure = hertz.pressure(0.0, hertz.largest_depth);
         let first_yield = |(body, material, strength): (_, &str, Option<f64>)| {
             let yield_strength = strength?;
             let ratio = FIRST_YIELD * yield_strength / stress.of(pressure);
-            let velocity = speed.of(hertz.velocity() * libm::pow(ratio, 2.5));
+            let velocity = speed.of(hertz.velocity * libm::pow(ratio, 2.5));
             Some(FirstYield { body, material: material.into(), yield_strength, velocity })
         };
         let of_target = ("target", struck.name.as_str(), struck.strengths.yield_strength);
@@ -120,7 +120,7 @@ impl Expected {
             peak_force: force.of(hertz.largest_force()),
             duration: time.of(hertz.duration()),
             contact_radius: length.of(hertz.largest_radius()),
-            indentation: length.of(hertz.largest_depth()),
+            indentation: length.of(hertz.largest_depth),
             pressure: stress.of(pressure),
             restitution: half_space.filter(|_| is_isotropic).map(|impact| impact.restitution),
             first_yield: [Some(of_target), of_indenter]

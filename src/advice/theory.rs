@@ -6,7 +6,7 @@
 //! | Head | Error |
 //! |---|---|
 //! | flat face, or another with an edge that contact has reached | two tables, measured: means over 0.1 of time of the drag in runs of both models with 40 cells per unit of depth, V0 = 1, infinite mass, h = 1 and half-space. `percuss-figures --only theories` measures and prints them |
-//! | paraboloid | closed forms of both theories with prescribed motion ([`Paraboloid`], [`ElasticParaboloid`]); with unilateral contact computed errors are the same within a few hundredths |
+//! | paraboloid | closed forms of both theories with prescribed motion ([`Paraboloid`]); with unilateral contact computed errors are the same within a few hundredths |
 //! | cone | measured under a conical head with tan φ = 2 before the wave of its edge arrives, where the error does not change in time (slower cones: up to twice that), and after reflections that of the flat face if that is larger |
 //!
 //! On a half-space the error of the drag tends to the exact static one, `s = 1/(2β(1−β²)) − 1`. Layers: until the first reflection,
@@ -35,8 +35,9 @@ use serde::Serialize;
 use crate::{
     case::Case,
     contact::Rule,
-    exact::{elastic_paraboloid::ElasticParaboloid, hertz::Hertz, paraboloid::Paraboloid},
+    exact::{hertz::Hertz, paraboloid::Paraboloid},
     geometry::Geometry,
+    model::ModelKind,
     shape::Tip,
     table::table,
     units::Unit,
@@ -352,9 +353,9 @@ fn after_reflections(
 fn paraboloid_error(case: &Case, nose_radius: f64, beta: f64, time: f64) -> Option<f64> {
     let (velocity, thickness) = (case.impact.velocity, case.target.thickness);
     let curvature = 2.0 * nose_radius * velocity;
-    let full = ElasticParaboloid::new(velocity, curvature, (1.0, beta), thickness).ok()?;
-    let simplified = Paraboloid::new(velocity, curvature, beta, thickness).ok()?;
-    Some(simplified.axis_pressure(0.0, time).ok()? / full.axis_pressure(0.0, time).ok()? - 1.0)
+    let pressure =
+        |model| Paraboloid::new(model, velocity, curvature, beta, thickness)?.axis_pressure(0.0, time);
+    Some(pressure(ModelKind::Rakhmatulin).ok()? / pressure(ModelKind::Elastic).ok()? - 1.0)
 }
 
 /// Error of the drag of a punch of radius 1 on a half-space.

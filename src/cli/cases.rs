@@ -38,9 +38,9 @@ impl Cases {
                 .map(|(name, form, title)| {
                     let exact = form.as_ref().map(|form| {
                         serde_json::json!({
-                            "form": form.name(),
+                            "form": form.name,
                             "text": form.to_string(),
-                            "end_time": Some(form.end_time()).filter(|time| time.is_finite()),
+                            "end_time": Some(form.end_time).filter(|time| time.is_finite()),
                         })
                     });
                     serde_json::json!({ "name": name, "title": title, "exact": exact })

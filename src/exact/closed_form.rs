@@ -6,10 +6,9 @@ use rayon::prelude::*;
 
 use super::{
     ExactError,
-    elastic_paraboloid::ElasticParaboloid,
-    elastic_plane_punch::ElasticPlanePunch,
     elastic_wedge::ElasticWedge,
     hertz::{Hertz, Motion},
+    paraboloid::Paraboloid,
     plane_punch::PlanePunch,
     spreading::{Front, Spreading},
     stack::{Stack, StackLayer},
@@ -46,11 +45,9 @@ enum Form {
     /// A plane flat punch.
     PlanePunch(PlanePunch),
     /// Full theory, on the axis.
-    ElasticParaboloid(ElasticParaboloid),
-    /// Full theory, a plane flat punch.
-    ElasticPlanePunch(ElasticPlanePunch),
+    Paraboloid(Paraboloid),
     /// Full theory, a plane wedge, until the wave of its edge arrives.
-    ElasticWedge(ElasticWedge),
+    Wedge(ElasticWedge),
     /// Full theory without waves, a ball on a half-space.
     Hertz(Hertz),
 }
@@ -58,68 +55,59 @@ enum Form {
 impl Form {
     /// The form for a case whose contact spreads like `front` out to `edge`.
     fn for_case(case: &Case, front: Front, edge: f64) -> Result<Self, NoClosedForm> {
-        let unfit = |error: ExactError| NoClosedForm { reason: error.to_string() };
-        if !case.target.is_simple() {
-            return match (case.model, case.geometry, front, case.impact.contact) {
-                (ModelKind::Elastic, ..) => none("on layers and free backs model \"elastic\" has none"),
-                (_, _, _, Rule::Unilateral) => none(
-                    "on layers and free backs contact = \"prescribed\" has one, and \"bilateral\" of a flat face: \
-                     the pressure might fall to 0",
-                ),
-                (_, Geometry::Plane, Front::Cone { .. } | Front::Paraboloid { .. }, _) => {
-                    none("in the plane only the flat face has one on layers and free backs")
-                }
-                (_, _, front, _) => {
-                    let form =
-                        stack(case).and_then(|stack| Spreading::on_stack(front, case.impact.velocity, stack));
-                    Ok(Self::Spreading(form.map_err(unfit)?))
-                }
-            };
-        }
+        use ModelKind::{Elastic, Rakhmatulin};
         let is_prescribed = case.impact.contact == Rule::Prescribed;
         let (velocity, c_s) = (case.impact.velocity, case.target.material.shear_wave_speed);
         let (radius, thickness) = (case.indenter.radius, case.target.thickness);
-        match (case.model, case.geometry, front) {
-            (ModelKind::Elastic, Geometry::Axisymmetric, Front::Paraboloid { curvature })
-                if is_prescribed && radius.is_none() =>
-            {
-                let form = ElasticParaboloid::new(velocity, curvature, (1.0, c_s), thickness);
-                Ok(Self::ElasticParaboloid(form.map_err(unfit)?))
+        let (is_plane, is_simple) = (case.geometry == Geometry::Plane, case.target.is_simple());
+        let unfit = |error: ExactError| NoClosedForm { reason: error.to_string() };
+        let reason = match (case.model, front) {
+            (Elastic, _) if !is_simple => "on layers and free backs model \"elastic\" has none",
+            (Rakhmatulin, _) if !is_simple && case.impact.contact == Rule::Unilateral => {
+                "on layers and free backs contact = \"prescribed\" has one, and \"bilateral\" of a flat face: \
+                 the pressure might fall to 0"
             }
-            (ModelKind::Elastic, Geometry::Plane, Front::Flat) if !is_prescribed && radius == Some(1.0) => {
-                let depth = thickness.unwrap_or(f64::INFINITY);
-                let form = ElasticPlanePunch::new(velocity, c_s, depth);
-                Ok(Self::ElasticPlanePunch(form.map_err(unfit)?))
+            (Rakhmatulin, _) if !is_simple && is_plane && front != Front::Flat => {
+                "in the plane only the flat face has one on layers and free backs"
             }
-            (ModelKind::Elastic, Geometry::Plane, Front::Cone { spread_rate }) if spread_rate > 1.0 => {
+            (Rakhmatulin, _) if !is_simple => {
+                let form = stack(case).and_then(|stack| Spreading::on_stack(front, velocity, stack));
+                return form.map(Self::Spreading).map_err(unfit);
+            }
+            (Elastic, Front::Paraboloid { curvature }) if !is_plane && is_prescribed && radius.is_none() => {
+                let form = Paraboloid::new(Elastic, velocity, curvature, c_s, thickness);
+                return form.map(Self::Paraboloid).map_err(unfit);
+            }
+            (model, Front::Flat) if is_plane && !is_prescribed && radius == Some(1.0) => {
+                return PlanePunch::new(model, velocity, c_s, thickness).map(Self::PlanePunch).map_err(unfit);
+            }
+            (Elastic, Front::Cone { spread_rate }) if is_plane && spread_rate > 1.0 => {
                 let form = ElasticWedge::new(velocity, spread_rate, c_s, thickness);
-                Ok(Self::ElasticWedge(form.map_err(unfit)?))
+                return form.map(Self::Wedge).map_err(unfit);
             }
-            (ModelKind::Elastic, Geometry::Plane, _) => none(
-                "model \"elastic\" has one in the plane for the flat punch (unilateral or bilateral, \
-                 indenter.radius = 1) and for the cone with V0/slope > 1",
-            ),
-            (ModelKind::Elastic, Geometry::Axisymmetric, _) => none(
-                "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \
-                 \"prescribed\", and in the plane for a flat punch and a cone",
-            ),
-            (ModelKind::Rakhmatulin, Geometry::Plane, Front::Flat) if !is_prescribed => {
-                if radius != Some(1.0) {
-                    return none("the plane flat punch has one for indenter.radius = 1");
-                }
-                let depth = thickness.unwrap_or(f64::INFINITY);
-                Ok(Self::PlanePunch(PlanePunch::new(velocity, c_s, depth).map_err(unfit)?))
+            (Elastic, _) if is_plane => {
+                "model \"elastic\" has one in the plane for the flat punch (unilateral or bilateral, indenter.radius = 1) \
+                 and for the cone with V0/slope > 1"
             }
-            (ModelKind::Rakhmatulin, Geometry::Plane, _) => {
-                none("in the plane only the flat punch (unilateral or bilateral) has one")
+            (Elastic, _) => {
+                "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \"prescribed\", and in \
+                 the plane for a flat punch and a cone"
             }
-            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, _) if edge == 0.0 => {
-                none("the contact of this cone is slower than the waves: contact = \"prescribed\" has one")
+            (Rakhmatulin, Front::Flat) if is_plane && !is_prescribed => {
+                "the plane flat punch has one for indenter.radius = 1"
             }
-            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, front) => {
-                Ok(Self::Spreading(Spreading::new(front, velocity, c_s, thickness).map_err(unfit)?))
+            (Rakhmatulin, _) if is_plane => {
+                "in the plane only the flat punch (unilateral or bilateral) has one"
             }
-        }
+            (Rakhmatulin, _) if edge == 0.0 => {
+                "the contact of this cone is slower than the waves: contact = \"prescribed\" has one"
+            }
+            (Rakhmatulin, _) => {
+                let form = Spreading::new(front, velocity, c_s, thickness);
+                return form.map(Self::Spreading).map_err(unfit);
+            }
+        };
+        none(reason)
     }
 }
 
@@ -151,6 +139,14 @@ fn stack(case: &Case) -> Result<Stack, ExactError> {
 /// The closed form for a case.
 #[derive(Clone, Debug)]
 pub struct ClosedForm {
+    /// Its name.
+    pub name: &'static str,
+    /// What it gives, in words.
+    what: &'static str,
+    /// Time up to which it holds somewhere \[R/c_p\].
+    pub end_time: f64,
+    /// True if it has the drag as long as it has the pressure.
+    pub has_drag: bool,
     form: Form,
     /// How the contact spreads.
     front: Front,
@@ -158,7 +154,6 @@ pub struct ClosedForm {
     velocity: f64,
     /// Speed of the fastest wave along the surface \[c_p\].
     wave_speed: f64,
-    thickness: Option<f64>,
     /// Radius out to which the contact is that of the unbounded shape, faster than the waves if it is unilateral \[R\].
     edge: f64,
     punch_radius: f64,
@@ -213,14 +208,58 @@ impl ClosedForm {
             Some(form) => Form::Hertz(form),
             None => Form::for_case(case, front, edge)?,
         };
+        // of the wave of the edge at the axis
+        let arrival = front.arrival(edge) + edge / wave_speed;
+        let (name, what, end_time, has_drag) = match &form {
+            Form::Spreading(_) if front == Front::Flat => {
+                ("spreading", "plane wave, until the wave of the edge arrives", arrival, false)
+            }
+            Form::Spreading(_) if edge.is_finite() => {
+                let what = "pressure under a spreading contact, until the wave of its edge arrives";
+                ("spreading", what, arrival, false)
+            }
+            Form::Spreading(_) => {
+                ("spreading", "pressure and drag under a spreading contact", f64::INFINITY, true)
+            }
+            Form::PlanePunch(form) => match case.model {
+                ModelKind::Rakhmatulin => {
+                    ("plane_punch", "pressure and drag of a plane flat punch", form.end_time(), true)
+                }
+                ModelKind::Elastic => {
+                    let what = "pressure and drag of a plane flat punch, full theory";
+                    ("elastic_plane_punch", what, form.end_time(), true)
+                }
+            },
+            Form::Paraboloid(_) => {
+                let what = "[KA] Eq. 16: pressure on the axis, full theory";
+                ("elastic_paraboloid", what, f64::INFINITY, false)
+            }
+            Form::Wedge(_) => {
+                let what = match edge.is_finite() {
+                    true => "pressure under a plane wedge, full theory, until the wave of its edge arrives",
+                    false => "pressure and drag of a plane wedge, full theory",
+                };
+                // the pressure under waves reflected from the backing might fall to 0 where the form does not know it
+                let echo = case.target.thickness.filter(|_| rule != Rule::Prescribed).map(|h| 2.0 * h);
+                ("elastic_wedge", what, echo.unwrap_or(f64::INFINITY).min(arrival), edge.is_infinite())
+            }
+            Form::Hertz(form) => {
+                let what =
+                    "Hertz: pressure, drag and motion of a ball on a half-space, each moment as if at rest";
+                ("hertz", what, form.duration(), true)
+            }
+        };
         let grid = case.grid();
         Ok(Self {
+            name,
+            what,
+            end_time,
+            has_drag,
             form,
             front,
             rule,
             velocity,
             wave_speed,
-            thickness: case.target.thickness,
             edge,
             punch_radius,
             has_partial_contact: case.mesh.kind == MeshKind::Matched && front != Front::Flat,
@@ -235,58 +274,14 @@ impl ClosedForm {
         })
     }
 
-    /// Name of the closed form: that of its module.
-    pub fn name(&self) -> &'static str {
-        match self.form {
-            Form::Spreading(_) => "spreading",
-            Form::PlanePunch(_) => "plane_punch",
-            Form::ElasticParaboloid(_) => "elastic_paraboloid",
-            Form::ElasticPlanePunch(_) => "elastic_plane_punch",
-            Form::ElasticWedge(_) => "elastic_wedge",
-            Form::Hertz(_) => "hertz",
-        }
-    }
-
     /// True if the form leaves out waves, so that a computed run differs from it on the finest mesh too.
     pub fn is_approximate(&self) -> bool {
         matches!(self.form, Form::Hertz(_))
     }
 
-    /// Time up to which the closed form holds somewhere \[R/c_p\].
-    pub fn end_time(&self) -> f64 {
-        match &self.form {
-            Form::Spreading(_) => self.edge_end(),
-            Form::PlanePunch(_) => {
-                let meeting = 2.0 / self.wave_speed;
-                self.thickness.map_or(meeting, |h| meeting.min(2.0 * h))
-            }
-            Form::ElasticParaboloid(_) => f64::INFINITY,
-            Form::ElasticPlanePunch(form) => form.end_time(),
-            Form::ElasticWedge(_) if self.rule == Rule::Prescribed => self.edge_end(),
-            // the pressure under waves reflected from the backing might fall to 0 where the form does not know it
-            Form::ElasticWedge(_) => self.edge_end().min(self.thickness.map_or(f64::INFINITY, |h| 2.0 * h)),
-            Form::Hertz(form) => form.duration(),
-        }
-    }
-
-    /// Time at which the wave of the edge reaches the axis \[R/c_p\].
-    fn edge_end(&self) -> f64 {
-        self.front.arrival(self.edge) + self.edge / self.wave_speed
-    }
-
-    /// True if the form has the drag as long as it has the pressure.
-    pub fn has_drag(&self) -> bool {
-        match &self.form {
-            Form::Spreading(_) => self.front != Front::Flat && self.edge.is_infinite(),
-            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) | Form::Hertz(_) => true,
-            Form::ElasticParaboloid(_) => false,
-            Form::ElasticWedge(_) => self.edge.is_infinite(),
-        }
-    }
-
     /// Number of the last step of the case at which the closed form holds.
     pub fn last_step(&self) -> u64 {
-        let steps = (self.end_time() / self.dt * (1.0 - 1e-12)).ceil() - 1.0;
+        let steps = (self.end_time / self.dt * (1.0 - 1e-12)).ceil() - 1.0;
         if steps < self.steps as f64 { steps.max(0.0) as u64 } else { self.steps }
     }
 
@@ -326,15 +321,13 @@ impl ClosedForm {
     /// Drag at any time \[πR²γc_p²; plane Rγc_p²\]; NaN where it is not known.
     pub fn drag_at(&self, time: f64) -> f64 {
         let drag = match &self.form {
-            _ if !self.has_drag() => return f64::NAN,
+            _ if !self.has_drag => return f64::NAN,
             // as of the pressure, half of the initial jump
-            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) if time == 0.0 => Ok(0.5 * self.velocity),
+            Form::PlanePunch(_) if time == 0.0 => Ok(0.5 * self.velocity),
             Form::PlanePunch(form) => form.drag(time),
-            Form::ElasticPlanePunch(form) => form.drag(time),
-            Form::ElasticWedge(_) if time >= self.end_time() => return f64::NAN,
-            Form::ElasticWedge(form) => form.drag(time),
+            Form::Wedge(form) if time < self.end_time => form.drag(time),
             Form::Spreading(form) => form.drag(time),
-            Form::ElasticParaboloid(_) => return f64::NAN,
+            Form::Wedge(_) | Form::Paraboloid(_) => return f64::NAN,
             Form::Hertz(form) => return form.force(self.motion(time).depth),
         };
         drag.unwrap_or(f64::NAN)
@@ -347,16 +340,12 @@ impl ClosedForm {
             return 0.0;
         }
         let value = match &self.form {
-            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) if time == 0.0 => return 0.5 * self.velocity,
+            _ if r > self.known_radius(time) => return f64::NAN,
+            Form::PlanePunch(_) if time == 0.0 => return 0.5 * self.velocity,
             Form::PlanePunch(form) => form.pressure(r, time),
-            Form::ElasticPlanePunch(form) => form.pressure(r, time),
-            Form::ElasticWedge(_) if r > self.known_radius(time) || time >= self.end_time() => {
-                return f64::NAN;
-            }
-            Form::ElasticWedge(form) => form.pressure(r, time),
-            Form::ElasticParaboloid(_) if r > 0.0 => return f64::NAN,
-            Form::ElasticParaboloid(form) => form.axis_pressure(0.0, time),
-            Form::Spreading(_) if r > self.known_radius(time) => return f64::NAN,
+            Form::Wedge(form) if time < self.end_time => form.pressure(r, time),
+            Form::Paraboloid(form) if r == 0.0 => form.axis_pressure(0.0, time),
+            Form::Wedge(_) | Form::Paraboloid(_) => return f64::NAN,
             Form::Spreading(form) => form.pressure(r, 0.0, time),
             Form::Hertz(form) => return form.pressure(r, self.motion(time).depth),
         };
@@ -365,7 +354,7 @@ impl ClosedForm {
 
     /// Radius of the first node: the axis, if the form holds there alone.
     fn r0_shown(&self) -> f64 {
-        if matches!(self.form, Form::ElasticParaboloid(_)) { 0.0 } else { self.r0 }
+        if matches!(self.form, Form::Paraboloid(_)) { 0.0 } else { self.r0 }
     }
 
     /// Depth and velocity of the indenter; NaN where they are not known.
@@ -396,7 +385,7 @@ impl ClosedForm {
     /// Number of nodes that a computed run has had in contact after this step. Partial contact begins one step and a
     /// half and one spacing ahead of the contact.
     fn reached(&self) -> usize {
-        if matches!(self.form, Form::ElasticParaboloid(_)) {
+        if matches!(self.form, Form::Paraboloid(_)) {
             return 1;
         }
         let full = self.nodes_within(self.widest(self.time + self.dt));
@@ -426,7 +415,7 @@ impl ClosedForm {
     /// Radius up to which no wave of the edge has arrived \[R\].
     fn known_radius(&self, time: f64) -> f64 {
         match &self.form {
-            Form::Spreading(_) | Form::ElasticWedge(_) if self.edge.is_finite() => {
+            Form::Spreading(_) | Form::Wedge(_) if self.edge.is_finite() => {
                 let since = time - self.front.arrival(self.edge);
                 self.edge - self.wave_speed * since.max(0.0)
             }
@@ -443,38 +432,21 @@ impl StressAt for ClosedForm {
 
 impl fmt::Display for ClosedForm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match &self.form {
-            Form::Spreading(_) if self.front == Front::Flat => {
-                "plane wave, until the wave of the edge arrives"
-            }
-            Form::Spreading(_) if self.edge.is_finite() => {
-                "pressure under a spreading contact, until the wave of its edge arrives"
-            }
-            Form::Spreading(_) => "pressure and drag under a spreading contact",
-            Form::PlanePunch(_) => "pressure and drag of a plane flat punch",
-            Form::ElasticParaboloid(_) => "[KA] Eq. 16: pressure on the axis, full theory",
-            Form::ElasticPlanePunch(_) => "pressure and drag of a plane flat punch, full theory",
-            Form::ElasticWedge(_) if self.edge.is_finite() => {
-                "pressure under a plane wedge, full theory, until the wave of its edge arrives"
-            }
-            Form::ElasticWedge(_) => "pressure and drag of a plane wedge, full theory",
-            Form::Hertz(_) => {
-                "Hertz: pressure, drag and motion of a ball on a half-space, each moment as if at rest"
-            }
-        };
-        write!(f, "{what}")?;
+        f.write_str(self.what)?;
         if let Form::Hertz(form) = &self.form {
             let radius = form.largest_radius();
             // waves take 2a/c_p across the contact
             let crossings = form.duration() * self.wave_speed / (2.0 * radius);
-            let curved = radius / form.nose_radius();
+            let curved = radius / form.nose_radius;
             write!(
                 f,
                 " (waves left out, which cross the contact {crossings:.0} times while it lasts; a/ρ ≤ {curved:.2})"
             )?;
         }
-        let end = self.end_time();
-        if end.is_finite() { write!(f, "; t < {}", self.time_unit.text(end)) } else { Ok(()) }
+        match self.end_time.is_finite() {
+            true => write!(f, "; t < {}", self.time_unit.text(self.end_time)),
+            false => Ok(()),
+        }
     }
 }
 

@@ -61,12 +61,6 @@ impl ElasticWedge {
         Ok(Self { velocity, spread_rate, impedance: SurfaceImpedance::new(beta)?, thickness })
     }
 
-    /// Pressure behind the front, before any other wave arrives \[γc_p²\].
-    pub fn front_pressure(&self) -> f64 {
-        let (longitudinal, shear) = self.impedance.parts(1.0 / self.spread_rate);
-        self.velocity * (longitudinal + shear)
-    }
-
     /// Pressure at `x` on the surface at time `t` \[γc_p²\]: 0 ahead of the contact, half the jump of a front that
     /// arrives at `t`.
     ///
@@ -147,6 +141,14 @@ mod tests {
 
     fn half_space(beta: f64, spread_rate: f64) -> ElasticWedge {
         ElasticWedge::new(1.0, spread_rate, beta, None).expect("parameters")
+    }
+
+    impl ElasticWedge {
+        /// Pressure behind the front, before any other wave arrives.
+        fn front_pressure(&self) -> f64 {
+            let (longitudinal, shear) = self.impedance.parts(1.0 / self.spread_rate);
+            self.velocity * (longitudinal + shear)
+        }
     }
 
     #[test]

@@ -34,13 +34,16 @@ const POINTS: usize = 40;
 /// A ball of finite mass striking a half-space of the full theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hertz {
-    velocity: f64,
-    nose_radius: f64,
-    mass: f64,
+    /// V0 \[c_p\]
+    pub velocity: f64,
+    /// ρ \[R\]
+    pub nose_radius: f64,
+    /// M \[πγR³\]
+    pub mass: f64,
     modulus: f64,
-    /// w_m \[R\]
-    largest_depth: f64,
-    /// Abscissae and weights on (−1, 1).
+    /// Largest depth w_m, half-way through \[R\].
+    pub largest_depth: f64,
+    /// Abscissae and weights on (0, 1).
     rule: Vec<(f64, f64)>,
     /// Half of the time of contact \[w_m/V0\].
     half_time: f64,
@@ -74,22 +77,13 @@ impl Hertz {
     /// The same of other bodies.
     ///
     /// * `modulus`: E* of the contact, `1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂` of both \[γc_p²\]
-    ///
-    /// # Errors
-    ///
-    /// A parameter that is not positive.
-    pub fn with_modulus(
-        velocity: f64,
-        nose_radius: f64,
-        mass: f64,
-        modulus: f64,
-    ) -> Result<Self, ExactError> {
+    fn with_modulus(velocity: f64, nose_radius: f64, mass: f64, modulus: f64) -> Result<Self, ExactError> {
         positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
         positive("nose_radius", nose_radius, f64::INFINITY, "ρ > 0")?;
         positive("mass", mass, f64::INFINITY, "M > 0 and finite")?;
         positive("modulus", modulus, f64::INFINITY, "E* > 0")?;
         let largest_depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
-        let rule = gauss_legendre(POINTS);
+        let rule = gauss_legendre(POINTS, 0.0, 1.0);
         let mut hertz = Self { velocity, nose_radius, mass, modulus, largest_depth, rule, half_time: 0.0 };
         hertz.half_time = hertz.clock(libm::pow(FRAC_PI_2, 0.8));
         Ok(hertz)
@@ -121,26 +115,6 @@ impl Hertz {
     /// Time of contact \[R/c_p\].
     pub fn duration(&self) -> f64 {
         2.0 * self.half_time * self.largest_depth / self.velocity
-    }
-
-    /// V0 \[c_p\]
-    pub fn velocity(&self) -> f64 {
-        self.velocity
-    }
-
-    /// ρ \[R\]
-    pub fn nose_radius(&self) -> f64 {
-        self.nose_radius
-    }
-
-    /// M \[πγR³\]
-    pub fn mass(&self) -> f64 {
-        self.mass
-    }
-
-    /// Largest depth w_m, half-way through \[R\].
-    pub fn largest_depth(&self) -> f64 {
-        self.largest_depth
     }
 
     /// Largest contact radius, half-way through \[R\].
@@ -182,7 +156,7 @@ impl Hertz {
 
     /// Time at `v = φ^(4/5)` on the way in \[w_m/V0\].
     fn clock(&self, v: f64) -> f64 {
-        self.rule.iter().map(|&(x, weight)| 0.5 * v * weight * slowness(0.5 * v * (1.0 + x))).sum()
+        self.rule.iter().map(|(x, weight)| v * weight * slowness(v * x)).sum()
     }
 
     /// φ at a time on the way in \[w_m/V0\], by Newton's method: the time is convex in v, so from above it falls to the root.

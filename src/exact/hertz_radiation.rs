@@ -35,7 +35,7 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
-use super::{ExactError, hertz::Hertz, quadrature::gauss_legendre_on, surface_impedance::SurfaceImpedance};
+use super::{ExactError, hertz::Hertz, quadrature::gauss_legendre, surface_impedance::SurfaceImpedance};
 
 /// Points of the rule that integrates D: its error is below 1e-11.
 const POINTS: usize = 64;
@@ -73,7 +73,7 @@ pub fn radiation(beta: f64) -> Result<f64, ExactError> {
         let rest = 1.0 - x;
         weight / (rest * rest) * (1.0 / surface.stiffness() - x / rest / surface.at(x / rest))
     };
-    Ok(gauss_legendre_on(POINTS, 0.0, 1.0).into_iter().map(part).sum::<f64>() / (2.0 * PI))
+    Ok(gauss_legendre(POINTS, 0.0, 1.0).into_iter().map(part).sum::<f64>() / (2.0 * PI))
 }
 
 /// Impact of a ball on a half-space of the full theory.
@@ -92,7 +92,7 @@ pub fn on_half_space(hertz: &Hertz, beta: f64) -> Result<Impact, ExactError> {
         let resistance = 2.25 * radiation * stiffness * stiffness * depth;
         (stiffness * depth * depth.sqrt() + resistance * speed).max(0.0)
     };
-    let impact = integrate(hertz, force, |state| [state[1], -force(state) / hertz.mass()]);
+    let impact = integrate(hertz, force, |state| [state[1], -force(state) / hertz.mass]);
     Ok(impact.expect("a half-space takes little energy"))
 }
 
@@ -102,15 +102,15 @@ pub fn on_half_space(hertz: &Hertz, beta: f64) -> Result<Impact, ExactError> {
 /// * `impedance`: Z of the plate at a point \[πR²γc_p\]
 pub fn on_plate(hertz: &Hertz, impedance: f64) -> Option<Impact> {
     let force = |[depth, _]: [f64; 2]| hertz.force(depth.max(0.0));
-    integrate(hertz, force, |state| [state[1] - force(state) / impedance, -force(state) / hertz.mass()])
+    integrate(hertz, force, |state| [state[1] - force(state) / impedance, -force(state) / hertz.mass])
 }
 
 /// Zener's λ of a ball on a thin plate.
 ///
 /// * `impedance`: Z of the plate at a point \[πR²γc_p\]
 pub fn inelasticity(hertz: &Hertz, impedance: f64) -> f64 {
-    let time = libm::pow(hertz.mass() / (hertz.force(1.0) * hertz.velocity().sqrt()), 0.4);
-    hertz.mass() / (impedance * time)
+    let time = libm::pow(hertz.mass / (hertz.force(1.0) * hertz.velocity.sqrt()), 0.4);
+    hertz.mass / (impedance * time)
 }
 
 /// Integrates indentation and velocity of the ball until there is no force, by the method of Runge and Kutta.
@@ -120,7 +120,7 @@ fn integrate(
     slope: impl Fn([f64; 2]) -> [f64; 2],
 ) -> Option<Impact> {
     let dt = hertz.duration() / STEPS as f64;
-    let (mut state, mut peak, mut peak_time) = ([0.0, hertz.velocity()], 0.0, 0.0);
+    let (mut state, mut peak, mut peak_time) = ([0.0, hertz.velocity], 0.0, 0.0);
     for step in 1..=LONGEST * STEPS {
         let after = |step: f64, slope: [f64; 2]| [0, 1].map(|i| state[i] + step * slope[i]);
         let k1 = slope(state);
@@ -139,7 +139,7 @@ fn integrate(
                 peak_time,
                 duration: time,
                 contact_radius: hertz.contact_radius(depth),
-                restitution: -state[1] / hertz.velocity(),
+                restitution: -state[1] / hertz.velocity,
             });
         }
     }

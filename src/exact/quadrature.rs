@@ -1,10 +1,11 @@
-//! Integrals for the closed forms.
+//! Integrals and roots for the closed forms.
 
 use std::f64::consts::PI;
 
-/// Nodes and weights of the Gauss–Legendre rule with `n` points on (−1, 1), by Newton's method on the Legendre
+/// Nodes and weights of the Gauss–Legendre rule with `n` points on (a, b), by Newton's method on the Legendre
 /// polynomial; \[AS\] 25.4.29.
-pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+pub fn gauss_legendre(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let rule = |i: usize| {
         let mut x = libm::cos(PI * (i as f64 + 0.75) / (n as f64 + 0.5));
         let mut slope = 1.0;
@@ -17,19 +18,39 @@ pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
             slope = n as f64 * (x * p - before) / (x * x - 1.0);
             x -= p / slope;
         }
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+        (middle + half * x, half * (2.0 / ((1.0 - x * x) * slope * slope)))
     };
     (0..n).map(rule).collect()
 }
 
-/// The rule with `n` points on (a, b).
-pub fn gauss_legendre_on(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    gauss_legendre(n).into_iter().map(|(x, w)| (middle + half * x, half * w)).collect()
+/// Halves the interval from 0 to `high`, with `is_low` true up to a point in it, so many times.
+pub(super) fn bisect(mut high: f64, halvings: u32, is_low: impl Fn(f64) -> bool) -> (f64, f64) {
+    let mut low = 0.0;
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        *(if is_low(middle) { &mut low } else { &mut high }) = middle;
+    }
+    (low, high)
 }
 
-/// Relative change between one refinement and the next at which an integral counts as known.
-const TOLERANCE: f64 = 1e-11;
+/// `∫_0^1 f dx` by the trapezoidal rule, refined by two until the relative change is below 1e-11, or there are `most` steps.
+///
+/// * `ends`: what both ends add to the sum of `n` steps
+fn refined((mut n, most): (usize, usize), ends: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
+    let mut sum = ends + (1..n).map(|m| f(m as f64 / n as f64)).sum::<f64>();
+    loop {
+        let before = sum / n as f64;
+        sum += (0..n).map(|m| f((m as f64 + 0.5) / n as f64)).sum::<f64>();
+        n *= 2;
+        let now = sum / n as f64;
+        if (now - before).abs() <= 1e-11 * now.abs() || n >= most {
+            return now;
+        }
+    }
+}
 
 /// `∫_0^π f dφ` of a function that is even in φ and has the period 2π: the trapezoidal rule, which converges faster
 /// than any power, refined by two until it no longer changes.
@@ -43,18 +64,7 @@ pub(super) fn over_half_circle(stretch: f64, mut f: impl FnMut(f64, f64) -> f64)
         let (phi, rest) = (2.0 * libm::atan2(b * sin, cos), 2.0 * libm::atan2(cos, b * sin));
         f(phi, rest) * b / (cos * cos + b * b * sin * sin)
     };
-    const MOST: usize = 1 << 13;
-    let mut n = 8;
-    let mut sum = 0.5 * (f(0.0) + f(PI)) + (1..n).map(|m| f(PI * m as f64 / n as f64)).sum::<f64>();
-    loop {
-        let before = sum / n as f64;
-        sum += (0..n).map(|m| f(PI * (m as f64 + 0.5) / n as f64)).sum::<f64>();
-        n *= 2;
-        let now = sum / n as f64;
-        if (now - before).abs() <= TOLERANCE * now.abs() || n >= MOST {
-            return PI * now;
-        }
-    }
+    PI * refined((8, 1 << 13), 0.5 * (f(0.0) + f(PI)), |x| f(PI * x))
 }
 
 /// `∫_0^b f dx` of a function that may be singular at either end, by the substitution `x/b = e^u/(e^u + e^−u)`,
@@ -62,25 +72,13 @@ pub(super) fn over_half_circle(stretch: f64, mut f: impl FnMut(f64, f64) -> f64)
 /// `b − x`, without cancellation.
 pub fn singular_at_ends(b: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
     const REACH: f64 = 3.6;
-    const MOST: usize = 1 << 11;
     let mut at = |v: f64| {
         let u = 0.5 * PI * libm::sinh(v);
         let (left, right) = (1.0 / (1.0 + libm::exp(-2.0 * u)), 1.0 / (1.0 + libm::exp(2.0 * u)));
         // dx/dv = b·left·right·2·du/dv
         f(b * left, b * right) * b * left * right * PI * libm::cosh(v)
     };
-    let mut n = 16;
-    let mut step = 2.0 * REACH / n as f64;
-    let mut sum: f64 = (0..=n).map(|m| at(-REACH + m as f64 * step)).sum();
-    loop {
-        let before = sum * step;
-        sum += (0..n).map(|m| at(-REACH + (m as f64 + 0.5) * step)).sum::<f64>();
-        (n, step) = (2 * n, 0.5 * step);
-        let now = sum * step;
-        if (now - before).abs() <= TOLERANCE * now.abs() || n >= MOST {
-            return now;
-        }
-    }
+    2.0 * REACH * refined((16, 1 << 11), at(-REACH) + at(REACH), |x| at(REACH * (2.0 * x - 1.0)))
 }
 
 #[cfg(test)]
@@ -89,7 +87,7 @@ mod tests {
 
     #[test]
     fn gauss_rule_is_exact_on_polynomials() {
-        let rule = gauss_legendre(12);
+        let rule = gauss_legendre(12, -1.0, 1.0);
         for degree in 0..24 {
             let sum: f64 = rule.iter().map(|(x, w)| w * x.powi(degree)).sum();
             let exact = if degree % 2 == 0 { 2.0 / f64::from(degree + 1) } else { 0.0 };

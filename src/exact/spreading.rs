@@ -45,18 +45,72 @@
 
 use std::f64::consts::PI;
 
-mod front;
 mod ray;
-
-pub use front::Front;
 
 use ray::Ray;
 
 use super::{
     ExactError, outside, positive,
-    quadrature::{gauss_legendre, gauss_legendre_on, over_half_circle, singular_at_ends},
+    quadrature::{bisect, gauss_legendre, over_half_circle, singular_at_ends},
     stack::Stack,
 };
+
+/// How a contact spreads over the surface: its radius as a function of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Front {
+    /// Everywhere at once.
+    Flat,
+    /// `r* = V*·t`.
+    Cone {
+        /// V* \[c_p\]
+        spread_rate: f64,
+    },
+    /// `r*² = k·t`.
+    Paraboloid {
+        /// k \[R·c_p\]
+        curvature: f64,
+    },
+}
+
+impl Front {
+    /// Time τ(r) at which the contact reaches `r` \[R/c_p\].
+    pub fn arrival(&self, r: f64) -> f64 {
+        match *self {
+            Self::Flat => 0.0,
+            Self::Cone { spread_rate } => r / spread_rate,
+            Self::Paraboloid { curvature } => r * r / curvature,
+        }
+    }
+
+    /// Slowness τ'(r) of the contact \[1/c_p\].
+    pub fn slowness(&self, r: f64) -> f64 {
+        match *self {
+            Self::Flat => 0.0,
+            Self::Cone { spread_rate } => 1.0 / spread_rate,
+            Self::Paraboloid { curvature } => 2.0 * r / curvature,
+        }
+    }
+
+    /// Contact radius r*(t) \[R\].
+    pub fn radius(&self, t: f64) -> f64 {
+        match *self {
+            _ if t < 0.0 => 0.0,
+            Self::Flat => f64::INFINITY,
+            Self::Cone { spread_rate } => spread_rate * t,
+            Self::Paraboloid { curvature } => (curvature * t).sqrt(),
+        }
+    }
+
+    /// Radius out to which the contact spreads at least as fast as waves of speed `c` \[R\].
+    pub fn sonic_radius(&self, c: f64) -> f64 {
+        match *self {
+            Self::Flat => f64::INFINITY,
+            Self::Cone { spread_rate } if spread_rate >= c => f64::INFINITY,
+            Self::Cone { .. } => 0.0,
+            Self::Paraboloid { curvature } => 0.5 * curvature / c,
+        }
+    }
+}
 
 /// Pressure under a spreading contact.
 #[derive(Clone, Debug)]
@@ -115,7 +169,7 @@ impl Spreading {
                 bound: "the same in all layers",
             });
         }
-        Ok(Self { front, velocity, c, stack, rule: gauss_legendre(INNER_NODES) })
+        Ok(Self { front, velocity, c, stack, rule: gauss_legendre(INNER_NODES, 0.0, 1.0) })
     }
 
     /// Pressure −σ_zz at radius `r`, depth `z`, time `t` \[γc_p²\]; half the jump of a front that arrives at `t`.
@@ -248,26 +302,13 @@ impl Spreading {
         if d == 0.0 {
             // logarithmic at the edge, where r = r*·(1 − v⁴) makes it vanish like v³ ln v
             let at = |v: f64| integrand(edge * (1.0 - v.powi(4))) * edge * 4.0 * v.powi(3);
-            return gauss_legendre_on(NODES, 0.0, 1.0).into_iter().map(|(v, w)| w * at(v)).sum();
+            return gauss_legendre(NODES, 0.0, 1.0).into_iter().map(|(v, w)| w * at(v)).sum();
         }
         // the front of this reflection may end under the contact
         let has_arrived = |r: f64| self.first_arrival(r, d).0 <= t;
         let high = if has_arrived(edge) { edge } else { bisect(edge, 60, has_arrived).1 };
-        gauss_legendre_on(NODES, 0.0, high).into_iter().map(|(r, w)| w * integrand(r)).sum()
+        gauss_legendre(NODES, 0.0, high).into_iter().map(|(r, w)| w * integrand(r)).sum()
     }
-}
-
-/// Halves the interval from 0 to `high`, with `is_low` true up to a point in it, so many times.
-fn bisect(mut high: f64, halvings: u32, is_low: impl Fn(f64) -> bool) -> (f64, f64) {
-    let mut low = 0.0;
-    for _ in 0..halvings {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if is_low(middle) { low = middle } else { high = middle }
-    }
-    (low, high)
 }
 
 /// Delay E of a wave through the depth `d` and the distance `x` along the surface.

@@ -158,6 +158,13 @@ impl Stack {
         Ok(found)
     }
 
+    /// The same until `t`, with half the pressure of a wave that arrives at `t`.
+    pub(super) fn arrived(&self, z: f64, t: f64) -> Result<Vec<(f64, f64)>, ExactError> {
+        let share = |time: f64| if (t - time).abs() <= ROUNDING * t { 0.5 } else { 1.0 };
+        let arrivals = self.arrivals(z, t)?.into_iter();
+        Ok(arrivals.map(|(time, pressure)| (time, share(time) * pressure)).collect())
+    }
+
     /// Pressure at depth `z` and time `t` after the surface has been set in motion with velocity 1 \[γc_p\]; half the jump of a wave
     /// that arrives at `t`.
     ///
@@ -165,8 +172,7 @@ impl Stack {
     ///
     /// As [`Stack::arrivals`].
     pub fn pressure(&self, z: f64, t: f64) -> Result<f64, ExactError> {
-        let share = |time: f64| if (t - time).abs() <= ROUNDING * t { 0.5 } else { 1.0 };
-        Ok(self.arrivals(z, t)?.into_iter().map(|(time, pressure)| share(time) * pressure).sum())
+        Ok(self.arrived(z, t)?.into_iter().map(|(_, pressure)| pressure).sum())
     }
 
     /// Impedances and transit times, with the layer around depth `z` cut there, and the number of the node that is at `z`.

@@ -25,19 +25,7 @@
 //!
 //! J changes its sign at the slowness `1/c_R` of Rayleigh waves.
 
-use super::{ExactError, positive};
-
-/// Speed c_R of Rayleigh waves \[c_p\]: the root `0 < c < β` of
-/// `ξ³ − 8ξ² + (24 − 16β²)ξ − 16(1 − β²) = 0`, `ξ = c²/β²` (Rayleigh 1885).
-///
-/// * `beta`: c_s/c_p
-///
-/// # Errors
-///
-/// `beta` is not in `0 < β < √3/2`.
-pub fn rayleigh_speed(beta: f64) -> Result<f64, ExactError> {
-    Ok(SurfaceImpedance::new(beta)?.rayleigh_speed())
-}
+use super::{ExactError, positive, quadrature::bisect};
 
 /// Q of a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,16 +49,13 @@ impl SurfaceImpedance {
         2.0 * self.beta * self.beta * (1.0 - self.beta) * (1.0 + self.beta)
     }
 
-    /// See [`rayleigh_speed`].
+    /// Speed c_R of Rayleigh waves \[c_p\]: the root `0 < c < β` of
+    /// `ξ³ − 8ξ² + (24 − 16β²)ξ − 16(1 − β²) = 0`, `ξ = c²/β²` (Rayleigh 1885).
     pub fn rayleigh_speed(&self) -> f64 {
         let m = self.beta * self.beta;
         let cubic = |x: f64| ((x - 8.0) * x + 24.0 - 16.0 * m) * x - 16.0 * (1.0 - m);
         // −16(1 − β²) at 0 and 1 at 1
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            *(if cubic(middle) < 0.0 { &mut low } else { &mut high }) = middle;
-        }
+        let (low, high) = bisect(1.0, 60, |x| cubic(x) < 0.0);
         self.beta * (0.5 * (low + high)).sqrt()
     }
 
@@ -147,12 +132,11 @@ mod tests {
     #[test]
     fn rayleigh_waves_of_known_materials() {
         // ν = 1/4: ξ = 2 − 2/√3; ν = 0: ξ = 3 − √5; ν = 1/2: c_R/c_s = 0.955313
-        let speed = |beta: f64| rayleigh_speed(beta).expect("a material") / beta;
+        let speed = |beta| SurfaceImpedance::new(beta).expect("a material").rayleigh_speed() / beta;
         assert!((speed(3.0_f64.sqrt().recip()) - (2.0 - 2.0 / 3.0_f64.sqrt()).sqrt()).abs() < 1e-15);
         assert!((speed(0.5_f64.sqrt()) - (3.0 - 5.0_f64.sqrt()).sqrt()).abs() < 1e-15);
         assert!((speed(1e-6) - 0.955_312_5).abs() < 1e-6);
-        assert!(rayleigh_speed(0.0).is_err() && rayleigh_speed(0.9).is_err());
-        assert!(rayleigh_speed(f64::NAN).is_err());
+        assert!([0.0, 0.9, f64::NAN].iter().all(|beta| SurfaceImpedance::new(*beta).is_err()));
     }
 
     #[test]

@@ -36,7 +36,7 @@ impl<'a> ExactSteps<'a> {
 
     /// The source to record.
     pub fn source(&self) -> Source {
-        Source::Exact { form: self.form.name(), knows_drag: self.form.has_drag() }
+        Source::Exact { form: self.form.name, knows_drag: self.form.has_drag }
     }
 }
 
@@ -74,7 +74,7 @@ impl Steps for ExactSteps<'_> {
         Some(if last == self.case.sizes.steps {
             Status::Completed
         } else {
-            let end = self.case.units().time.full_text(self.form.end_time());
+            let end = self.case.units().time.full_text(self.form.end_time);
             Status::Stopped(format!("the closed form holds until t = {end}"))
         })
     }

@@ -28,7 +28,7 @@
 use std::f64::consts::PI;
 
 use percuss::{
-    exact::{quadrature::gauss_legendre_on, stack::Stack, surface_impedance::SurfaceImpedance},
+    exact::{quadrature::gauss_legendre, stack::Stack, surface_impedance::SurfaceImpedance},
     model::ModelKind,
 };
 
@@ -94,7 +94,7 @@ impl DiscStiffness {
 
     /// The disc of radius `a` by a quadrature with so many nodes.
     fn with_nodes(h: f64, a: f64, stiffness: f64, kernel: &LayerKernel, nodes: usize) -> Self {
-        let rule = gauss_legendre_on(nodes, 0.0, a);
+        let rule = gauss_legendre(nodes, 0.0, a);
         let waves: Vec<(f64, f64)> = kernel.waves().collect();
         let cosines = |t: f64| waves.iter().map(|(xi, _)| (xi * t).cos()).collect::<Vec<_>>();
         let cosines: Vec<Vec<f64>> = rule.iter().map(|&(t, _)| cosines(t)).collect();
@@ -178,7 +178,7 @@ mod tests {
         for (h, c_s) in [(1.0, 0.5), (0.4, 0.3), (3.0, 0.7)] {
             let disc = DiscStiffness::new(h, c_s);
             // r = sin φ takes the singularity of the edge away
-            let sum: f64 = gauss_legendre_on(40, 0.0, 0.5 * PI)
+            let sum: f64 = gauss_legendre(40, 0.0, 0.5 * PI)
                 .into_iter()
                 .map(|(phi, w)| {
                     let r = phi.sin();
@@ -285,7 +285,7 @@ mod tests {
     #[test]
     fn elastic_drag_is_the_integral_of_pressure() {
         let disc = DiscStiffness::elastic(0.6, 0.4);
-        let sum: f64 = gauss_legendre_on(24, 0.0, 0.5 * PI)
+        let sum: f64 = gauss_legendre(24, 0.0, 0.5 * PI)
             .into_iter()
             .map(|(phi, w)| {
                 let r = phi.sin();

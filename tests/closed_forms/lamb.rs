@@ -85,13 +85,13 @@ impl Lamb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use percuss::exact::surface_impedance::rayleigh_speed;
+    use percuss::exact::surface_impedance::SurfaceImpedance;
 
     const BETAS: [f64; 4] = [0.2, 0.5, 0.577_350_269_189_625_8, 0.8];
 
     /// Of Rayleigh waves.
     fn speed(lamb: &Lamb) -> f64 {
-        rayleigh_speed(lamb.beta).expect("a material")
+        SurfaceImpedance::new(lamb.beta).expect("a material").rayleigh_speed()
     }
 
     fn pulse(beta: f64, duration: f64) -> Lamb {

@@ -23,7 +23,7 @@
 
 use percuss::{
     exact::{
-        quadrature::gauss_legendre_on,
+        quadrature::gauss_legendre,
         stack::{Stack, StackLayer},
     },
     model::ModelKind,
@@ -118,7 +118,7 @@ impl LayerKernel {
             let high = LONGEST * 0.5f64.powi(number);
             let low = if number + 1 == intervals { 0.0 } else { 0.5 * high };
             let nodes = NODES + NODES_PER_RADIAN * (high - low) * reach / thickness;
-            gauss_legendre_on(nodes.ceil() as usize, low, high)
+            gauss_legendre(nodes.ceil() as usize, low, high)
         };
         let rule = (0..intervals).flat_map(interval);
         Self { thickness, nodes: rule.map(|(x, w)| (x, w, rest(x))).collect() }

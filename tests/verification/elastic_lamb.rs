@@ -2,7 +2,7 @@
 //! Goal: Rayleigh waves arrive in time and in shape at three distances.
 
 use percuss::{
-    exact::surface_impedance,
+    exact::surface_impedance::SurfaceImpedance,
     geometry::Geometry,
     grid::{Grid, MeshKind, Spacing},
     model::{Coverage, FrameFields, Model, Request, elastic},
@@ -24,7 +24,7 @@ fn load(t: f64) -> f64 {
 
 /// Speed of Rayleigh waves.
 fn rayleigh_speed(c_s: f64) -> f64 {
-    surface_impedance::rayleigh_speed(c_s).expect("a material")
+    SurfaceImpedance::new(c_s).expect("a material").rayleigh_speed()
 }
 
 /// Displacements of the surface at the nodes nearest to `places`: x and `(t, u)`.

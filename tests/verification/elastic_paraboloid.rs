@@ -1,10 +1,13 @@
 //! Paraboloid r*² = k·t on targets of the full theory, V0 = 0.1, k = 0.2, h = 1.
 //!
-//! Prescribed motion against \[KA\] Eq. 16, [`percuss::exact::elastic_paraboloid`], on the axis at z = 0 and z = h/2. Unilateral
+//! Prescribed motion against \[KA\] Eq. 16, [`percuss::exact::paraboloid`], on the axis at z = 0 and z = h/2. Unilateral
 //! contact: how much p(0, t) scatters where the edge of contact excites short waves, and that the damping of these does not
 //! move the drag.
 
-use percuss::{exact::elastic_paraboloid::ElasticParaboloid, model::Field};
+use percuss::{
+    exact::paraboloid::Paraboloid,
+    model::{Field, ModelKind},
+};
 use rayon::prelude::*;
 
 use super::{at, extrapolate, on_mesh, orders, relative_rms, run, slope};
@@ -12,8 +15,8 @@ use super::{at, extrapolate, on_mesh, orders, relative_rms, run, slope};
 const VELOCITY: f64 = 0.1;
 const CURVATURE: f64 = 0.2;
 
-fn closed_form(c_s: f64) -> ElasticParaboloid {
-    ElasticParaboloid::new(VELOCITY, CURVATURE, (1.0, c_s), Some(1.0)).expect("parameters")
+fn closed_form(c_s: f64) -> Paraboloid {
+    Paraboloid::new(ModelKind::Elastic, VELOCITY, CURVATURE, c_s, Some(1.0)).expect("parameters")
 }
 
 /// True within 2.5 steps of a front: of P or S waves that have passed the layer at least once.

@@ -3,7 +3,7 @@
 //! Prescribed motion against [`percuss::exact::paraboloid`]. Unilateral contact against the same form until the wave of
 //! its edge arrives, then against the scheme on a finer mesh, and against the contact times that the paper reads.
 
-use percuss::exact::paraboloid::Paraboloid;
+use percuss::{exact::paraboloid::Paraboloid, model::ModelKind};
 
 use super::{
     accuracy::{assert_stated, stated},
@@ -15,7 +15,8 @@ const CURVATURE: f64 = 0.2;
 const SHEAR_WAVE_SPEED: f64 = 0.5;
 
 fn closed_form() -> Paraboloid {
-    Paraboloid::new(VELOCITY, CURVATURE, SHEAR_WAVE_SPEED, Some(1.0)).expect("parameters")
+    Paraboloid::new(ModelKind::Rakhmatulin, VELOCITY, CURVATURE, SHEAR_WAVE_SPEED, Some(1.0))
+        .expect("parameters")
 }
 
 /// Relative rms error of p(0, t) over all steps, t ≤ 5.5: at fronts both show half the jump.

@@ -51,7 +51,7 @@ fn drag_and_velocity_of_a_slow_impact_are_those_of_hertz() {
     let more = ["impact.velocity=\"0.5 m/s\"", "run.end_time=\"90 us\"", "mesh.cells=50"].map(str::to_owned);
     let case = Case::parse("ball", BALL, &more, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let mut hertz = ClosedForm::for_case(&case).expect("a closed form");
-    assert!(hertz.name() == "hertz" && hertz.is_approximate() && hertz.has_drag());
+    assert!(hertz.name == "hertz" && hertz.is_approximate() && hertz.has_drag);
     let seen = run(&case, |view| (view.step, view.drag, view.velocity));
     let velocity = case.impact.velocity;
     let (mut largest, mut peak) = ([0.0_f64; 2], 0.0_f64);

@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use percuss::{case::Case, exact::plane_punch::PlanePunch};
+use percuss::{case::Case, exact::plane_punch::PlanePunch, model::ModelKind};
 
 use super::{
     accuracy::{assert_rounding, assert_stated, stated},
@@ -29,7 +29,7 @@ const FIRST: Range<f64> = 0.9..1.1;
 fn stress_errors(mesh: &str, cells: usize) -> [f64; 3] {
     let kind = format!("mesh.kind={mesh}");
     let case = on_mesh("fig4", cells, &["geometry=plane", "run.end_time=1.8", &kind]);
-    let exact = PlanePunch::new(1.0, 0.5, f64::INFINITY).expect("parameters");
+    let exact = PlanePunch::new(ModelKind::Rakhmatulin, 1.0, 0.5, None).expect("parameters");
     let grid = case.grid();
     let nodes = [0.5, 0.75, 0.9].map(|x| ((x - grid.r0) / grid.dr).round() as usize);
     let mut worst = [0.0; 3];
@@ -63,7 +63,7 @@ fn assert_convergence(mesh: &str, stated: [f64; 3], expected: Range<f64>) {
 
 /// Largest relative error of the drag from a time on, t < 2/c_s.
 fn drag_error(case: &Case, c_s: f64, from: f64) -> f64 {
-    let exact = PlanePunch::new(1.0, c_s, f64::INFINITY).expect("parameters");
+    let exact = PlanePunch::new(ModelKind::Rakhmatulin, 1.0, c_s, None).expect("parameters");
     let rows = run(case, |view| (view.step, view.time, view.drag));
     let known = rows.iter().filter(|row| row.0 > 0 && row.1 > from);
     let errors: Vec<f64> = known

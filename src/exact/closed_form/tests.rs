@@ -30,7 +30,7 @@ fn the_plane_punch_of_the_full_theory() {
         [("unilateral", "\"half-space\"", 2.0), ("bilateral", "1.5", 2.0), ("unilateral", "0.6", 1.2)]
     {
         let mut form = ClosedForm::for_case(&elastic(FLAT, contact, thickness)).expect("a closed form");
-        assert_eq!((form.name(), form.end_time(), form.has_drag()), ("elastic_plane_punch", end, true));
+        assert_eq!((form.name, form.end_time, form.has_drag), ("elastic_plane_punch", end, true));
         assert_eq!(
             form.to_string(),
             format!("pressure and drag of a plane flat punch, full theory; t < {end:.4}")
@@ -51,7 +51,7 @@ fn the_plane_punch_of_the_full_theory() {
 #[test]
 fn the_wedge_of_the_full_theory() {
     let mut form = ClosedForm::for_case(&elastic(WEDGE, "unilateral", "\"half-space\"")).expect("a form");
-    assert_eq!((form.name(), form.end_time(), form.has_drag()), ("elastic_wedge", f64::INFINITY, true));
+    assert_eq!((form.name, form.end_time, form.has_drag), ("elastic_wedge", f64::INFINITY, true));
     let steps = steps(&mut form);
     assert_eq!(steps.len() as u64, form.steps + 1);
     let (t, pressure, drag) = &steps[steps.len() / 2];
@@ -65,14 +65,14 @@ fn the_wedge_of_the_full_theory() {
     }
     // reflections: a contact that is not prescribed might end
     let layer = |contact| ClosedForm::for_case(&elastic(WEDGE, contact, "0.5")).expect("a form");
-    assert_eq!(layer("unilateral").end_time(), 1.0);
+    assert_eq!(layer("unilateral").end_time, 1.0);
     let prescribed = layer("prescribed");
-    assert!(prescribed.end_time().is_infinite() && prescribed.pressure_at(0.1, 1.01).is_nan());
+    assert!(prescribed.end_time.is_infinite() && prescribed.pressure_at(0.1, 1.01).is_nan());
     assert!(prescribed.pressure_at(3.0, 1.51) > 0.5 && prescribed.drag_at(1.5) == 2.5);
     // a wedge that ends at r = 1, where the contact arrives at ½
     let bounded = format!("{WEDGE}\nradius = 1.0");
     let bounded = ClosedForm::for_case(&elastic(&bounded, "unilateral", "\"half-space\"")).expect("a form");
-    assert!(bounded.end_time() == 1.5 && !bounded.has_drag());
+    assert!(bounded.end_time == 1.5 && !bounded.has_drag);
     assert!(bounded.pressure_at(0.6, 0.89) > 0.0 && bounded.pressure_at(0.6, 0.91).is_nan());
 }
 
@@ -105,7 +105,7 @@ const PARABOLOID: &str = "shape = \"paraboloid\"\nnose_radius = 1.0";
 #[test]
 fn spreading_contacts_on_layers_of_one_shear_wave_speed() {
     let form = ClosedForm::for_case(&layered(PARABOLOID, "prescribed", 0.4)).expect("a form");
-    assert_eq!((form.name(), form.end_time(), form.has_drag()), ("spreading", f64::INFINITY, true));
+    assert_eq!((form.name, form.end_time, form.has_drag), ("spreading", f64::INFINITY, true));
     // as on a half-space until the wave of the interface is back, which its impedance of 0.3 makes weaker than the front
     let space = Spreading::new(Front::Paraboloid { curvature: 0.2 }, 0.1, 0.4, None).expect("parameters");
     for t in [0.4, 0.9] {
@@ -125,7 +125,7 @@ fn flat_faces_on_any_layers_until_the_wave_of_the_edge_arrives() {
         let form = ClosedForm::for_case(&case).expect("a form");
         // the wave of the edge runs through the faster layer
         let fastest = f64::max(c_s, 0.4);
-        assert_eq!((form.name(), form.end_time(), form.has_drag()), ("spreading", 1.0 / fastest, false));
+        assert_eq!((form.name, form.end_time, form.has_drag), ("spreading", 1.0 / fastest, false));
         // r = −0.7/1.3
         let echo = 0.1 * (1.0 - 1.4 / 1.3);
         let [before, after] = [0.9, 1.1].map(|t| form.pressure_at(0.2, t));

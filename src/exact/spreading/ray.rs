@@ -94,9 +94,8 @@ impl<'a> Ray<'a> {
                         ((self.centre * self.sin).powi(2) + (sigma + self.centre * self.cos).powi(2)).sqrt();
                     sigma / (s * ((sigma - b).powi(2) + a * a).sqrt())
                 };
-                let half = 0.5 * end;
-                let sum: f64 = self.of.rule.iter().map(|(x, w)| w * value(half * (1.0 + x))).sum();
-                c / spread_rate * half * sum
+                let sum: f64 = self.of.rule.iter().map(|(x, w)| w * value(end * x)).sum();
+                c / spread_rate * end * sum
             }
         }
     }

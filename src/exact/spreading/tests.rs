@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     exact::{paraboloid::Paraboloid, stack::StackLayer},
     grid::Back,
+    model::ModelKind,
 };
 
 const CONE: Front = Front::Cone { spread_rate: 2.0 };
@@ -11,7 +12,7 @@ const CONE: Front = Front::Cone { spread_rate: 2.0 };
 #[test]
 fn agrees_with_the_closed_form_on_the_axis() {
     for (v, k, c, h) in [(0.1, 0.2, 0.5, Some(1.0)), (1.0, 2.5, 0.3, None), (0.7, 0.6, 0.9, Some(0.4))] {
-        let closed = Paraboloid::new(v, k, c, h).expect("parameters");
+        let closed = Paraboloid::new(ModelKind::Rakhmatulin, v, k, c, h).expect("parameters");
         let general = Spreading::new(Front::Paraboloid { curvature: k }, v, c, h).expect("parameters");
         for t in [0.013, 0.3, 0.77, 1.87, 2.33, 4.93] {
             for z in [0.0, 0.1, 0.37] {

@@ -4,7 +4,7 @@
 
 use std::ops::RangeInclusive;
 
-use percuss::exact::{elastic_paraboloid::ElasticParaboloid, paraboloid::Paraboloid};
+use percuss::{exact::paraboloid::Paraboloid, model::ModelKind};
 use percuss_picture::{Curve, Image, Panel, Side};
 
 use crate::{
@@ -293,8 +293,8 @@ fn six_percent(unilateral: &[Pair], prescribed: &[Pair]) -> Result<Table, Failur
     ];
     let mut rows = vec![heading.map(str::to_owned).to_vec()];
     for pair in prescribed {
-        let full = ElasticParaboloid::new(VELOCITY, CURVATURE, (1.0, pair.beta), Some(1.0))?;
-        let simplified = Paraboloid::new(VELOCITY, CURVATURE, pair.beta, Some(1.0))?;
+        let full = Paraboloid::new(ModelKind::Elastic, VELOCITY, CURVATURE, pair.beta, Some(1.0))?;
+        let simplified = Paraboloid::new(ModelKind::Rakhmatulin, VELOCITY, CURVATURE, pair.beta, Some(1.0))?;
         let free = unilateral.iter().find(|other| other.beta == pair.beta);
         for time in [1.0, 3.0, 5.0] {
             let exact = [full.axis_pressure(0.0, time)?, simplified.axis_pressure(0.0, time)?];

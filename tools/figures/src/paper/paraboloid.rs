@@ -1,6 +1,6 @@
 //! Figs. 2 and 3: paraboloids.
 
-use percuss::exact::paraboloid::Paraboloid;
+use percuss::{exact::paraboloid::Paraboloid, model::ModelKind};
 
 use crate::{
     Failure,
@@ -110,7 +110,7 @@ fn fig2b(lab: &Lab<'_>, theory: &Made, body: Made) -> Result<Figure, Failure> {
         .collect();
     let at_five = |made: &Made| Ok::<f64, Failure>(at(&probe(made, 0.0)?, 5.0));
     let (full, coarser, finest) = (at_five(theory)?, at_five(&second)?, at_five(&body)?);
-    let twin = Paraboloid::new(0.1, 0.2, 0.5, Some(1.0))?.axis_pressure(0.0, 5.0)?;
+    let twin = Paraboloid::new(ModelKind::Rakhmatulin, 0.1, 0.2, 0.5, Some(1.0))?.axis_pressure(0.0, 5.0)?;
     let percent = |p: f64| 100.0 * (p / full - 1.0);
     statements.push(statement(
         "stress on the axis higher than in Fig. 2a, by about 6 % at most, near t = 5",
