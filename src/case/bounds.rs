@@ -44,13 +44,16 @@ impl Bounds {
     ///
     /// * `scale`: value of the unit of these bounds in that unit
     pub fn in_unit(&self, scale: f64, unit: &str) -> String {
-        let rounded = |x: f64| match format!("{:.4e}", x * scale).replace(".0000e", "e") {
-            zero if zero == "0e0" => "0".into(),
-            text => text.strip_suffix("e0").map_or(text.clone(), str::to_owned),
-        };
+        self.text(|x| match format!("{:.4e}", x * scale).replace(".0000e", "e") {
+            zero if zero == "0e0" => format!("0 {unit}"),
+            text => format!("{} {unit}", text.strip_suffix("e0").unwrap_or(&text)),
+        })
+    }
+
+    fn text(&self, number: impl Fn(f64) -> String) -> String {
         let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
         let end = if self.or_infinite { ", or inf" } else { "" };
-        format!("{low} {} {unit} and {high} {} {unit}{end}", rounded(self.low), rounded(self.high))
+        format!("{low} {} and {high} {}{end}", number(self.low), number(self.high))
     }
 
     /// True if `x` is allowed.
@@ -63,12 +66,7 @@ impl Bounds {
 
 impl fmt::Display for Bounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
-        let [least, most] = [self.low, self.high].map(|x| match x.abs() < 1e15 {
-            true => x.to_string(),
-            false => format!("{x:e}"),
-        });
-        write!(f, "a number {low} {least} and {high} {most}")?;
-        if self.or_infinite { write!(f, ", or inf") } else { Ok(()) }
+        let number = |x: f64| if x.abs() < 1e15 { x.to_string() } else { format!("{x:e}") };
+        write!(f, "a number {}", self.text(number))
     }
 }

@@ -64,8 +64,9 @@ impl Notes {
 
 struct Source {
     name: String,
+    /// As many spaces as there are bytes in all texts before it, and the text: places in it are places in all texts together.
     text: String,
-    /// Place of the text: behind all others before it.
+    /// Place of the text.
     start: usize,
 }
 
@@ -87,8 +88,8 @@ impl Document {
     }
 
     fn push(&mut self, name: &str, text: &str) {
-        let start = self.sources.last().map_or(0, |last| last.start + last.text.len() + 1);
-        self.sources.push(Source { name: name.into(), text: text.into(), start });
+        let start = self.sources.last().map_or(0, |last| last.text.len() + 1);
+        self.sources.push(Source { name: name.into(), text: " ".repeat(start) + text, start });
     }
 
     /// The contents of all texts, where later ones override earlier ones.
@@ -101,8 +102,7 @@ impl Document {
         for source in &self.sources {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
-                let span = error.span().unwrap_or_default();
-                let span = source.start + span.start..source.start + span.end;
+                let span = error.span().unwrap_or(source.start..source.start);
                 match error.message().trim_end() {
                     "duplicate key" => {
                         self.problem(
@@ -119,7 +119,7 @@ impl Document {
                     }
                 }
             }
-            let part = moved_table(part.into_inner(), source.start);
+            let part = part.into_inner();
             replace(&mut table, &part);
             merge(&mut table, part);
         }
@@ -129,8 +129,7 @@ impl Document {
     /// The text at a place.
     pub fn written(&self, span: &Range<usize>) -> &str {
         let source = self.sources.iter().rev().find(|source| source.start <= span.start);
-        let place = |source: &Source| span.start - source.start..span.end - source.start;
-        source.and_then(|source| source.text.get(place(source))).unwrap_or_default()
+        source.and_then(|source| source.text.get(span.clone())).unwrap_or_default()
     }
 
     /// Notes a problem.
@@ -160,9 +159,10 @@ impl Document {
 
     fn locate(&self, Note { span, message, help }: Note) -> Problem {
         let source = self.sources.iter().rev().find(|source| source.start <= span.start);
-        let place = source.filter(|source| !source.text.trim().is_empty()).map(|source| {
-            Excerpt::of(&source.name, &source.text, span.start - source.start..span.end - source.start)
-        });
+        let place =
+            source.filter(|source| !source.text.trim().is_empty()).map(|Source { name, text, start }| {
+                Excerpt::of(name, &text[*start..], span.start - start..span.end - start)
+            });
         let (source_code, label) = place.unzip();
         Problem { message, help, source_code, label }
     }
@@ -176,29 +176,12 @@ pub(super) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Option<&'a str> {
     }
 }
 
-/// A table whose spans count from further on.
-fn moved_table(table: DeTable<'_>, by: usize) -> DeTable<'_> {
-    if by == 0 {
-        return table;
+/// A table in a table.
+pub(super) fn table<'a, 't>(table: &'a DeTable<'t>, key: &str) -> Option<&'a DeTable<'t>> {
+    match table.get(key)?.get_ref() {
+        DeValue::Table(inner) => Some(inner),
+        _ => None,
     }
-    table.into_iter().map(|(key, value)| (moved(key, by), moved_value(value, by))).collect()
-}
-
-fn moved_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
-    let span = value.span();
-    let value = match value.into_inner() {
-        DeValue::Table(table) => DeValue::Table(moved_table(table, by)),
-        DeValue::Array(list) => {
-            DeValue::Array(list.into_iter().map(|value| moved_value(value, by)).collect())
-        }
-        other => other,
-    };
-    moved(Spanned::new(span, value), by)
-}
-
-fn moved<T>(given: Spanned<T>, by: usize) -> Spanned<T> {
-    let span = given.span();
-    Spanned::new(span.start + by..span.end + by, given.into_inner())
 }
 
 /// Keys whose place another key takes if a later text has it: its section, it, and they.
@@ -217,27 +200,19 @@ fn replaced(shape: &str) -> [(&'static str, &'static str, &'static [&'static str
     ]
 }
 
-/// A section of a table.
-fn section<'a, 't>(table: &'a DeTable<'t>, name: &str) -> Option<&'a DeTable<'t>> {
-    match table.get(name)?.get_ref() {
-        DeValue::Table(section) => Some(section),
-        _ => None,
-    }
-}
-
-/// Takes out of `table` what `later` says in another way.
-fn replace(table: &mut DeTable<'_>, later: &DeTable<'_>) {
+/// Takes out of `earlier` what `later` says in another way.
+fn replace(earlier: &mut DeTable<'_>, later: &DeTable<'_>) {
     let other_force = |force: &DeTable<'_>| FORCE_ROWS.iter().any(|key| force.contains_key(*key));
-    if section(later, LOAD).and_then(|load| section(load, "force")).is_some_and(other_force)
-        && let Some(DeValue::Table(load)) = table.get_mut(LOAD).map(Spanned::get_mut)
+    if table(later, LOAD).and_then(|load| table(load, "force")).is_some_and(other_force)
+        && let Some(DeValue::Table(load)) = earlier.get_mut(LOAD).map(Spanned::get_mut)
     {
         load.remove("force");
     }
-    let shape = |table| text(section(table, "indenter")?, "shape");
-    let shape = shape(later).or_else(|| shape(table)).unwrap_or_default().to_owned();
+    let shape = |root| text(table(root, "indenter")?, "shape");
+    let shape = shape(later).or_else(|| shape(earlier)).unwrap_or_default().to_owned();
     for (name, key, others) in replaced(&shape) {
-        let Some(later) = section(later, name).filter(|later| later.contains_key(key)) else { continue };
-        let Some(DeValue::Table(earlier)) = table.get_mut(name).map(Spanned::get_mut) else { continue };
+        let Some(later) = table(later, name).filter(|later| later.contains_key(key)) else { continue };
+        let Some(DeValue::Table(earlier)) = earlier.get_mut(name).map(Spanned::get_mut) else { continue };
         for other in others.iter().filter(|other| !later.contains_key(**other)) {
             earlier.remove(*other);
         }

@@ -97,15 +97,6 @@ pub(super) fn is_alike(known: &str, name: &str) -> bool {
     name.len() <= COMPARED && strsim::damerau_levenshtein(known, name) <= 1 + name.len() / 8
 }
 
-impl Problem {
-    /// Name of the text that its place is in, line and column there, from 1 on.
-    fn place(&self) -> Option<(&str, usize, usize)> {
-        let (excerpt, label) = self.source_code.as_ref().zip(self.label.as_ref())?;
-        let place = excerpt.read_span(label, 0, 0).ok()?;
-        Some((&excerpt.name, place.line() + 1, place.column() + 1))
-    }
-}
-
 fn count(n: usize) -> String {
     if n == 1 { "1 problem".into() } else { format!("{n} problems") }
 }
@@ -119,9 +110,10 @@ impl CaseErrors {
     /// The problems with their places, for programs.
     pub fn json(&self) -> serde_json::Value {
         let problem = |problem: &Problem| {
-            let place = problem.place();
-            let place =
-                place.map(|(text, line, column)| json!({ "text": text, "line": line, "column": column }));
+            let place = problem.source_code.as_ref().zip(problem.label.as_ref()).and_then(|(text, label)| {
+                let place = text.read_span(label, 0, 0).ok()?;
+                Some(json!({ "text": text.name, "line": place.line() + 1, "column": place.column() + 1 }))
+            });
             json!({ "message": problem.message, "help": problem.help, "place": place })
         };
         let problems: Vec<_> = self.problems.iter().map(problem).collect();

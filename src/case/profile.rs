@@ -34,17 +34,11 @@ pub(super) fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) 
         }
         None => ("indenter.points", values.get::<Vec<[f64; 2]>>("indenter.points")?),
     };
-    let curve = match curve(&points, &values.system) {
-        Ok(curve) => curve,
-        Err(error) if name == "indenter.file" => {
-            values.refuse(name, &format!(": {error}"), POINTS_HELP);
-            return None;
-        }
-        Err(error) => {
-            values.problem(name, format!("`{name}`: {error}"), POINTS_HELP);
-            return None;
-        }
+    let refuse = |error| match name {
+        "indenter.file" => values.refuse(name, &format!(": {error}"), POINTS_HELP),
+        _ => values.problem(name, format!("`{name}`: {error}"), POINTS_HELP),
     };
+    let curve = curve(&points, &values.system).map_err(refuse).ok()?;
     let last = curve.last_radius();
     if radius.is_some_and(|radius| radius > last) {
         let last = values.system.written(Dimension::Length, last);
@@ -103,23 +97,13 @@ pub(super) fn read_pairs(path: &Path, system: &System, of: [Dimension; 2]) -> Re
             system.check_heading(units.as_ref(), of)?;
         }
         if !is_heading {
-            points.push(
-                read_pair(cells, units.as_ref(), system, of)
-                    .map_err(|error| format!("line {line}: {error}"))?,
-            );
+            let unit = |i: usize| units.as_ref().map(|units| units[i].as_str());
+            let number = |i: usize| system.number(cells[i], unit(i), of[i]);
+            let point = number(0).and_then(|first| Ok([first, number(1)?]));
+            points.push(point.map_err(|error| format!("line {line}: {error}"))?);
         }
     }
     Ok(points)
-}
-
-fn read_pair(
-    cells: [&str; 2],
-    units: Option<&[String; 2]>,
-    system: &System,
-    of: [Dimension; 2],
-) -> Result<[f64; 2], String> {
-    let number = |i: usize| system.number(cells[i], units.map(|units| units[i].as_str()), of[i]);
-    Ok([number(0)?, number(1)?])
 }
 
 /// The units of a heading, if it has any: `r [mm],f [mm]`.

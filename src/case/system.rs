@@ -99,7 +99,7 @@ impl System {
                 };
                 let Some((unit, dimension)) = units.iter().zip(of).find(is_unknown) else { return Ok(()) };
                 let names = quantity::unit_names(dimension, self.geometry);
-                let (noun, _) = quantity::example(dimension, self.geometry);
+                let (noun, ..) = quantity::known(dimension, self.geometry);
                 Err(format!("`{unit}` is no unit of {noun}; allowed: {names}"))
             }
             (_, None) => Ok(()),
@@ -110,7 +110,7 @@ impl System {
     pub fn number(&self, number: &str, unit: Option<&str>, dimension: Dimension) -> Result<f64, String> {
         let Some(unit) = unit else { return number.parse().map_err(|_| format!("`{number}` is no number")) };
         let si = quantity::with_unit(number, unit, dimension, self.geometry).map_err(|_| {
-            let (noun, _) = quantity::example(dimension, self.geometry);
+            let (noun, ..) = quantity::known(dimension, self.geometry);
             format!("`{number}` [{unit}] is no {noun}")
         })?;
         Ok(self.scales.map_or(si, |scales| scales.reduce(dimension, si)))
@@ -135,7 +135,7 @@ impl System {
             _ => return Err(impossible()),
         };
         if self.numbers == Numbers::Physical && number.is_finite() {
-            let (noun, example) = quantity::example(dimension, self.geometry);
+            let (noun, example, _) = quantity::known(dimension, self.geometry);
             return Err((
                 format!("{given} has no unit, but the material of the target makes the case physical"),
                 format!("write a {noun} with its unit, such as \"{example}\""),
@@ -155,8 +155,23 @@ impl System {
         if self.numbers == Numbers::Dimensionless {
             return Err(mixed_in(given, text, bounds));
         }
-        let si = quantity::parse(text, dimension, self.geometry)
-            .map_err(|error| self.unreadable(given, text, &error, (dimension, bounds)))?;
+        let si = quantity::parse(text, dimension, self.geometry).map_err(|error| {
+            let (noun, ..) = quantity::known(dimension, self.geometry);
+            let allowed = format!("allowed: {}", quantity::allowed(dimension, self.geometry));
+            match error {
+                QuantityError::NoNumber if text.trim() == "inf" && bounds.contain(f64::INFINITY) => {
+                    (format!("{given} is a text"), "write inf, without quotes".into())
+                }
+                QuantityError::NoNumber => (format!("{given} is no number with a unit"), allowed),
+                QuantityError::NoUnit => (format!("{given} has no unit"), allowed),
+                QuantityError::TooLarge => (format!("{given} is too large for a number"), allowed),
+                QuantityError::Unit(unit) if unit.starts_with(',') => (
+                    format!("{given} has a comma in its number"),
+                    format!("write a decimal point; {allowed}"),
+                ),
+                QuantityError::Unit(unit) => (format!("{given}: `{unit}` is no unit of {noun}"), allowed),
+            }
+        })?;
         let allowed = match self.scales {
             Some(scales) if bounds.contain(scales.reduce(dimension, si)) => {
                 return Ok(scales.reduce(dimension, si));
@@ -167,29 +182,6 @@ impl System {
             None => format!("{}, > 0", quantity::allowed(dimension, self.geometry)),
         };
         Err((format!("{given} is not possible"), format!("allowed: {allowed}")))
-    }
-
-    fn unreadable(
-        &self,
-        given: &str,
-        text: &str,
-        error: &QuantityError,
-        (dimension, bounds): (Dimension, Bounds),
-    ) -> Refusal {
-        let (noun, _) = quantity::example(dimension, self.geometry);
-        let allowed = format!("allowed: {}", quantity::allowed(dimension, self.geometry));
-        match error {
-            QuantityError::NoNumber if text.trim() == "inf" && bounds.contain(f64::INFINITY) => {
-                (format!("{given} is a text"), "write inf, without quotes".into())
-            }
-            QuantityError::NoNumber => (format!("{given} is no number with a unit"), allowed),
-            QuantityError::NoUnit => (format!("{given} has no unit"), allowed),
-            QuantityError::TooLarge => (format!("{given} is too large for a number"), allowed),
-            QuantityError::Unit(unit) if unit.starts_with(',') => {
-                (format!("{given} has a comma in its number"), format!("write a decimal point; {allowed}"))
-            }
-            QuantityError::Unit(unit) => (format!("{given}: `{unit}` is no unit of {noun}"), allowed),
-        }
     }
 }
 
