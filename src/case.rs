@@ -51,8 +51,8 @@ pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
 pub use grading::GradingFacts;
 pub use parameters::{
-    Body, BodySizes, GradedSizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop,
-    Striker, Target, TargetLayer, ViewChannel,
+    Body, BodySizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Striker,
+    Target, TargetLayer, ViewChannel,
 };
 pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;

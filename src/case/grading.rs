@@ -6,15 +6,11 @@
 //! gets there, which takes a logarithm of cells.
 
 use super::{
-    Body, BodySizes, GradedSizes, Grading, LayerSizes, Parameters, Sizes, Target, TargetLayer,
-    keys::GRADED,
-    rows::fastest,
-    sizes::{MAX_NODES, MAX_NUMBERS},
-    values::Values,
+    Body, Grading, LayerSizes, Parameters, Sizes, Target, TargetLayer, keys::GRADED, rows, values::Values,
 };
 use crate::{
     contact::Rule,
-    grid::{Back, Growth, Spacing, outer_radius},
+    grid::{Growth, Spacing},
     model::elastic::FEWEST_ROWS,
     shape::{Tip, hertz_duration},
 };
@@ -30,8 +26,6 @@ const ROWS_PER_CONTACT: f64 = 40.0;
 /// Cells that a pulse has to have along r where it is recorded, in the same way: of 14 the peaks of a ball's pulse up to 50° beside it are within
 /// 2.5 %, of 7 within 7 % (`experiment-aluminium` on 101.6 mm, beside generalised rays).
 const PULSE_CELLS: f64 = 14.0;
-/// Cells beyond the way of the fastest waves.
-const MARGIN: f64 = 8.0;
 /// Default of `mesh.cells`.
 const CELLS: i64 = 100;
 /// Slack for lengths that are sums of cells but for rounding.
@@ -90,18 +84,6 @@ fn to_rim(widths: &mut Vec<f64>, growth: &Growth, start: f64, radius: f64) {
     widths[last] = if before + width > radius { width.next_down() } else { width };
 }
 
-/// Rows of the layers of a body.
-fn layer_sizes(back: Back, heights: &[Vec<f64>]) -> Vec<LayerSizes> {
-    let overhang = |number: usize| if number + 1 == heights.len() { back.overhang() } else { 0.0 };
-    let sizes = |(number, heights): (usize, &Vec<f64>)| LayerSizes {
-        steps: heights.len(),
-        overhang: overhang(number),
-        dz: heights[0],
-        speed_change: 0.0,
-    };
-    heights.iter().enumerate().map(sizes).collect()
-}
-
 /// What a graded mesh does.
 #[derive(Clone, Copy, Debug)]
 pub struct GradingFacts {
@@ -117,8 +99,8 @@ impl Parameters {
     /// What the graded mesh does, if it is one.
     pub fn grading_facts(&self) -> Option<GradingFacts> {
         let grading = self.mesh.grading?;
-        let Sizes { dr, dz, nr, nz, outer_radius, depth, ref graded, .. } = self.sizes;
-        let heights: Vec<f64> = graded.as_ref()?.heights.concat();
+        let Sizes { dr, dz, nr, nz, outer_radius, depth, ref layers, .. } = self.sizes;
+        let heights: Vec<f64> = layers.iter().flat_map(LayerSizes::heights).collect();
         let mut end = 0.0;
         let middle = heights.iter().find(|height| {
             end += *height;
@@ -135,7 +117,7 @@ impl Parameters {
     ///
     /// Along r all layers have waves as long as the struck one, by the law of refraction; rows are as high as the pulse of their layer allows.
     pub fn coarse_point(&self) -> Option<([f64; 2], f64, f64)> {
-        let widths = &self.sizes.graded.as_ref()?.widths;
+        let widths = Some(&self.sizes.widths).filter(|widths| !widths.is_empty())?;
         let allowed = self.target.computed()[0].waves.shear * self.contact_time()? / PULSE_CELLS;
         let width = |radius: f64| {
             let mut end = -0.5 * widths[0];
@@ -179,7 +161,7 @@ impl Parameters {
     fn smallest_cell(&self, contact_cells: usize) -> f64 {
         match self.indenter.radius {
             Some(radius) if self.indenter.head.is_flat() => {
-                let edge = super::rows::edge(self.mesh.order, &self.target);
+                let edge = rows::edge(self.mesh.order, &self.target);
                 Spacing::radial(contact_cells / 2, Some(radius), edge, None)
             }
             _ => 2.0 * self.likely_radius() / contact_cells as f64,
@@ -196,93 +178,50 @@ impl Parameters {
         self.indenter.mass.is_finite().then(|| hertz_duration(depth, self.impact.velocity))
     }
 
-    /// Derives the sizes of a graded mesh, or notes why there are none.
-    pub(super) fn graded_sizes(
+    /// Size of the cells near the contact, time step and fastest waves of a graded mesh, whose rows are not known yet.
+    pub(super) fn graded_step(&self, grading: &Grading) -> rows::Rows {
+        let dr = self.smallest_cell(grading.contact_cells);
+        let layers: Vec<_> = self.bodies().flat_map(Target::computed).collect();
+        let speed = rows::fastest(self.model, &layers);
+        let slack = self.bodies().map(Target::slack).fold(1.0, f64::max);
+        // a layer has rows enough, however thin it is
+        let thinnest = layers.iter().filter_map(|layer| Some(layer.thickness? / layer.wave_speed));
+        let dt =
+            thinnest.map(|transit| transit / (FEWEST_ROWS as f64 + 0.5)).fold(dr / (speed * slack), f64::min);
+        rows::Rows { dr, dt, speed, layers: Vec::new() }
+    }
+
+    /// Notes a near zone that is larger than the mesh, or has too many nodes.
+    ///
+    /// * `outer`: where the mesh of the target ends \[R\]
+    /// * `first`: size of the cells near the contact \[R\]
+    pub(super) fn check_near_zone(
         &self,
         values: &Values<'_>,
-        grading: &Grading,
-        computed: &[TargetLayer],
-    ) -> Option<Sizes> {
-        let &Grading { contact_cells, ratio, near: [near_radius, near_depth], largest } = grading;
-        let first = self.smallest_cell(contact_cells);
-        let striker = self.indenter.striker.as_ref().map(|striker| &striker.body);
-        let above = striker.map_or_else(Vec::new, Target::computed);
-        let all = computed.iter().chain(&above);
-        let fastest = fastest(self.model, all.clone());
-        let slack = striker.map_or(1.0, Target::slack).max(self.target.slack());
-        // a layer has rows enough, however thin it is
-        let thinnest = all.filter_map(|layer| Some(layer.thickness? / layer.wave_speed));
-        let dt = thinnest
-            .map(|transit| transit / (FEWEST_ROWS as f64 + 0.5))
-            .fold(first / (fastest * slack), f64::min);
-        let steps = self.steps(values, dt)?;
-        let contact_reach = self.contact_reach(first, dt, steps);
-        let run = fastest * steps * dt;
-        let reach = contact_reach + run + MARGIN * first;
-        let outer = self.check_outer_radius(values, contact_reach, reach, first)?;
-        let limit = largest.unwrap_or(f64::INFINITY);
-        let growth = Growth { first, near: near_radius, ratio, largest: limit.max(first) };
-        if near_radius > outer || self.target.thickness.is_some_and(|thickness| near_depth > thickness) {
-            let (key, what) = match near_radius > outer {
-                true => ("mesh.near_radius", " is beyond the mesh"),
-                false => ("mesh.near_depth", " is below the target"),
-            };
-            if values.is_given(key) {
-                values.refuse(key, what, "make it smaller, or leave it out");
-                return None;
-            }
+        &Grading { near: [radius, depth], .. }: &Grading,
+        outer: f64,
+        first: f64,
+    ) -> Option<()> {
+        let place = if radius > outer {
+            Some(("mesh.near_radius", " is beyond the mesh"))
+        } else {
+            let is_below = self.target.thickness.is_some_and(|thickness| depth > thickness);
+            is_below.then_some(("mesh.near_depth", " is below the target"))
+        };
+        if let Some((key, what)) = place.filter(|(key, _)| values.is_given(key)) {
+            values.refuse(key, what, "make it smaller, or leave it out");
+            return None;
         }
-        let near_nodes = (near_radius / first) * (near_depth / first);
-        if near_nodes > NEAR_NODES {
-            let message = format!("the near zone has {near_nodes:.3e} nodes");
+        let nodes = (radius / first) * (depth / first);
+        if nodes > NEAR_NODES {
+            let message = format!("the near zone has {nodes:.3e} nodes");
             let help = format!(
                 "allowed: {NEAR_NODES:e}; make mesh.contact_cells, mesh.near_radius or mesh.near_depth smaller"
             );
             values.problem("mesh.contact_cells", message, help);
             return None;
         }
-        let (widths, [nr, striker_nr]) = self.columns(outer, &growth);
-        let heights = self.heights(&self.target, computed, dt, first, run, grading);
-        let layers = layer_sizes(self.target.back, &heights);
-        let striker = striker.map(|body| {
-            let heights = self.heights(body, &above, dt, first, run, grading);
-            BodySizes { nr: striker_nr, layers: layer_sizes(body.back, &heights), heights }
-        });
-        let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
-        let most = (MAX_NUMBERS / self.model.numbers_per_node(None) as f64).min(MAX_NODES);
-        let nodes = (nr * rows) as f64 + striker.as_ref().map_or(0, BodySizes::nodes) as f64;
-        if nodes > most {
-            let message = format!(
-                "`mesh.contact_cells` = {contact_cells} makes a mesh of {nodes:.3e} nodes, {nr} along r, {rows} along z"
-            );
-            let help =
-                format!("allowed: at most {most:e}; make mesh.contact_cells smaller or mesh.grading larger");
-            values.problem("mesh.contact_cells", message, help);
-            return None;
-        }
-        let has_back = self.target.thickness.is_some();
-        let depth = heights
-            .iter()
-            .zip(&layers)
-            .map(|(heights, layer)| heights.iter().sum::<f64>() + layer.overhang * heights[heights.len() - 1])
-            .sum();
-        Some(Sizes {
-            dr: first,
-            dz: heights[0][0],
-            dt,
-            steps: steps as u64,
-            nr,
-            nz: rows - 1,
-            outer_radius: self.target.radius.unwrap_or_else(|| outer_radius(&widths[..=nr])),
-            depth,
-            contact_reach,
-            strained: rows,
-            covered: rows,
-            has_back,
-            layers,
-            graded: Some(GradedSizes { widths, heights }),
-            striker,
-        })
+        Some(())
     }
 
     /// Widths of the columns of target and indenter, and numbers of their nodes: a node stands on every rim.
@@ -317,46 +256,51 @@ impl Parameters {
         (widths, nodes)
     }
 
-    /// Heights of the rows of every layer.
+    /// Rows of every layer of a body.
     ///
-    /// * `first`: of a row near the contact
-    /// * `run`: way of the fastest waves
-    fn heights(
+    /// * `first`: height of a row near the contact
+    /// * `deepest`: to which a half-space is computed
+    pub(super) fn graded_layers(
         &self,
         body: &Target,
-        computed: &[TargetLayer],
         dt: f64,
         first: f64,
-        run: f64,
+        deepest: f64,
         grading: &Grading,
-    ) -> Vec<Vec<f64>> {
-        let (mut all, mut top, mut size) = (Vec::new(), 0.0, first);
-        for (number, layer) in computed.iter().enumerate() {
+    ) -> Vec<LayerSizes> {
+        let (mut top, mut size, computed) = (0.0, first, body.computed());
+        let rows = |(number, layer): (usize, &TargetLayer)| {
             let least = layer.wave_speed * dt;
             let by_pulse =
                 self.contact_time().map_or(f64::INFINITY, |time| layer.waves.shear * time / ROWS_PER_CONTACT);
             let largest = grading.largest.unwrap_or(by_pulse).max(first).max(least);
-            let is_last = number + 1 == computed.len();
+            let near = grading.near[1];
             let rows = Rows {
-                growth: Growth {
-                    first: first.max(least),
-                    near: grading.near[1],
-                    ratio: grading.ratio,
-                    largest,
-                },
+                growth: Growth { first: first.max(least), near, ratio: grading.ratio, largest },
                 top,
                 before: size.min(largest).max(least),
-                overhang: if is_last { body.back.overhang() } else { 0.0 },
+                overhang: if number + 1 == computed.len() { body.back.overhang() } else { 0.0 },
             };
             let heights = match layer.thickness {
                 Some(thickness) => rows.through(thickness),
-                None => rows.sizes(grading.ratio, |_, depth| depth < run + MARGIN * first),
+                None => rows.sizes(grading.ratio, |_, depth| depth < deepest),
             };
             size = heights[heights.len() - 1];
             top += layer.thickness.unwrap_or_default();
-            all.push(heights);
-        }
-        all
+            let (steps, dz, overhang) = (heights.len(), heights[0], rows.overhang);
+            LayerSizes { steps, overhang, dz, speed_change: 0.0, heights }
+        };
+        computed.iter().enumerate().map(rows).collect()
+    }
+}
+
+impl Grading {
+    /// How columns grow.
+    ///
+    /// * `first`: size of the cells near the contact \[R\]
+    pub(super) fn growth(&self, first: f64) -> Growth {
+        let largest = self.largest.unwrap_or(f64::INFINITY).max(first);
+        Growth { first, near: self.near[0], ratio: self.ratio, largest }
     }
 }
 
@@ -444,10 +388,8 @@ mod tests {
         ];
         for case in cases {
             let (grading, sizes) = (case.mesh.grading.expect("a graded mesh"), &case.sizes);
-            let GradedSizes { widths, heights } = sizes.graded.as_ref().expect("cells");
-            for ((layer, heights), rows) in case.target.computed().iter().zip(heights).zip(&sizes.layers) {
-                let last = heights[heights.len() - 1];
-                let thickness = heights.iter().sum::<f64>() + rows.overhang * last;
+            for (layer, rows) in case.target.computed().iter().zip(&sizes.layers) {
+                let (thickness, heights) = (rows.thickness(), &rows.heights);
                 let given = layer.thickness.expect("a layer");
                 assert!((thickness / given - 1.0).abs() < 1e-9, "{thickness} {given}");
                 assert!(heights.len() >= FEWEST_ROWS);
@@ -457,6 +399,7 @@ mod tests {
                 assert!(heights.windows(2).all(grows), "{heights:?}");
             }
             let contact = 2.0 * case.likely_radius() / grading.contact_cells as f64;
+            let widths = &sizes.widths;
             assert!(widths[0] == sizes.dr && (widths[0] / contact - 1.0).abs() < 1e-12);
             assert!(widths.windows(2).all(|pair| pair[1] <= pair[0] * grading.ratio * (1.0 + ROUNDING)));
             // a complete case has the same mesh
@@ -482,30 +425,5 @@ mod tests {
         }
         let text = BALL.replace("nose_radius = \"5 mm\"\nmaterial = \"steel\"\n", "");
         assert_eq!(density(&text, &flat).0, "mesh.cells");
-    }
-
-    #[test]
-    fn meshes_that_cannot_be_are_refused() {
-        let error = |settings: &[&str]| {
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-            let errors = Case::parse("ball", BALL, &settings, "".as_ref()).expect_err("a refusal");
-            format!("{errors:?}")
-        };
-        for (settings, says) in [
-            (&["mesh.grading=0.9"][..], "mesh.grading"),
-            (&["mesh.grading=2.5"], "mesh.grading"),
-            (&["model=rakhmatulin", "mesh.contact_cells=20"], "elastic"),
-            (&["mesh.cells=30", "mesh.grading=1.1"], "equal cells"),
-            (&["mesh.near_depth=\"30 mm\""], "below the target"),
-            (&["mesh.near_radius=\"3 m\""], "beyond the mesh"),
-            (&["mesh.contact_cells=9000"], "near zone"),
-        ] {
-            let error = error(settings);
-            assert!(error.contains(says), "{settings:?}: {error}");
-        }
-        let both = format!("{BALL}[mesh]\ncells = 30\ncontact_cells = 20\n");
-        let error = Case::parse("ball", &both, &[], "".as_ref()).expect_err("a refusal");
-        let error = format!("{error:?}");
-        assert!(error.contains("both given"), "{error}");
     }
 }

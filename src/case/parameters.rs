@@ -136,18 +136,18 @@ impl Parameters {
     /// The mesh of an indenter that gives: its nodes stand on the radii of the target's, and z is upwards.
     pub fn striker_grid(&self) -> Option<Grid> {
         let Striker { body, .. } = self.indenter.striker.as_ref()?;
-        let (BodySizes { nr, heights, .. }, graded) =
-            self.sizes.striker.as_ref().zip(self.sizes.graded.as_ref())?;
-        Some(body.graded_grid(self.geometry, &graded.widths[..=*nr], heights, self.sizes.dt))
+        let Sizes { widths, striker, dt, .. } = &self.sizes;
+        let BodySizes { nr, layers } = striker.as_ref()?;
+        Some(body.graded_grid(self.geometry, &widths[..=*nr], layers, *dt))
     }
 
     /// The mesh of the target.
     pub fn grid(&self) -> Grid {
-        let &Sizes { dr, dz, dt, nr, nz, has_back, ref layers, .. } = &self.sizes;
+        let &Sizes { dr, dz, dt, nr, nz, has_back, ref layers, ref widths, .. } = &self.sizes;
         let spacing = Spacing { dr, dz, layer_rows: has_back.then_some(nz) };
         let computed = self.target.computed();
-        if let Some(GradedSizes { widths, heights }) = &self.sizes.graded {
-            return self.target.graded_grid(self.geometry, &widths[..=nr], heights, dt);
+        if let Some(widths) = widths.get(..=nr) {
+            return self.target.graded_grid(self.geometry, widths, layers, dt);
         }
         let rows: Vec<_> =
             layers.iter().zip(&computed).map(|(rows, layer)| (rows.steps, rows.dz, layer.bond)).collect();
@@ -300,10 +300,10 @@ impl Target {
     /// The mesh of sizes that are listed.
     ///
     /// * `widths`: of its columns, one more than there are nodes
-    /// * `heights`: of the rows of every computed layer
-    fn graded_grid(&self, geometry: Geometry, widths: &[f64], heights: &[Vec<f64>], dt: f64) -> Grid {
-        let layers = heights.iter().zip(self.computed());
-        let layers: Vec<_> = layers.map(|(heights, layer)| (heights.clone(), layer.bond)).collect();
+    /// * `layers`: rows of every computed layer
+    fn graded_grid(&self, geometry: Geometry, widths: &[f64], layers: &[LayerSizes], dt: f64) -> Grid {
+        let layers = layers.iter().zip(self.computed());
+        let layers: Vec<_> = layers.map(|(rows, layer)| (rows.heights(), layer.bond)).collect();
         let (rim, has_back) = (self.radius.map(|_| self.rim), self.thickness.is_some());
         Grid::graded(geometry, widths.to_vec(), dt, &layers, self.back, has_back, rim)
     }
@@ -381,7 +381,7 @@ pub struct Striker {
 }
 
 /// The impact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Velocity V0 \[c_p\].
     pub velocity: f64,
@@ -390,13 +390,15 @@ pub struct Impact {
 }
 
 /// The mesh as given.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Mesh {
     /// Placement of nodes.
     pub kind: MeshKind,
     /// Nodes across the radius or unit length; on a graded mesh as many as its cells near the contact would be.
+    #[serde(default)]
     pub cells: usize,
     /// How cells grow, on a graded mesh.
+    #[serde(skip)]
     pub grading: Option<Grading>,
     /// Order of accuracy for oblique waves of model `rakhmatulin`.
     pub order: Option<Order>,
@@ -503,7 +505,7 @@ pub enum ViewChannel {
 }
 
 /// Rows of a computed layer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayerSizes {
     /// Axial steps from its first row of nodes to its last one, in a half-space down to a depth whose waves do not return.
     pub steps: usize,
@@ -513,6 +515,8 @@ pub struct LayerSizes {
     pub dz: f64,
     /// Relative change of its longitudinal wave speed that makes its transit time that many steps, at the same impedance.
     pub speed_change: f64,
+    /// Heights of its rows of cells \[R\]; none if all are `dz`.
+    pub heights: Vec<f64>,
 }
 
 impl LayerSizes {
@@ -520,15 +524,19 @@ impl LayerSizes {
     pub fn rows(&self) -> f64 {
         self.steps as f64 + self.overhang
     }
-}
 
-/// Sizes of the cells of a mesh whose cells differ \[R\].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct GradedSizes {
-    /// Widths, from the axis outwards, one more than there are nodes in the wider of target and indenter.
-    pub widths: Vec<f64>,
-    /// Heights of the rows of every computed layer.
-    pub heights: Vec<Vec<f64>>,
+    /// Heights of its rows of cells \[R\].
+    pub(super) fn heights(&self) -> Vec<f64> {
+        if self.heights.is_empty() { vec![self.dz; self.steps] } else { self.heights.clone() }
+    }
+
+    /// Thickness of its rows \[R\].
+    pub(super) fn thickness(&self) -> f64 {
+        match self.heights.last() {
+            Some(last) => self.heights.iter().sum::<f64>() + self.overhang * last,
+            None => self.rows() * self.dz,
+        }
+    }
 }
 
 /// Sizes that follow from a case.
@@ -566,9 +574,10 @@ pub struct Sizes {
     /// Rows of the computed layers, from the surface down.
     #[serde(skip)]
     pub layers: Vec<LayerSizes>,
-    /// Sizes of the cells of a mesh whose cells differ.
+    /// Widths of the cells of a mesh that is graded or ends, from the axis outwards, one more than there are nodes in the wider of target and
+    /// indenter \[R\].
     #[serde(skip)]
-    pub graded: Option<GradedSizes>,
+    pub widths: Vec<f64>,
     /// Sizes of the mesh of an indenter that gives.
     #[serde(skip)]
     pub striker: Option<BodySizes>,
@@ -589,14 +598,12 @@ pub struct BodySizes {
     pub nr: usize,
     /// Rows of the computed layers, from the nose up.
     pub layers: Vec<LayerSizes>,
-    /// Heights of their cells \[R\].
-    pub heights: Vec<Vec<f64>>,
 }
 
 impl BodySizes {
     /// Number of its nodes.
     pub fn nodes(&self) -> u64 {
-        (self.nr * self.heights.iter().map(|heights| heights.len() + 1).sum::<usize>()) as u64
+        (self.nr * self.layers.iter().map(|layer| layer.steps + 1).sum::<usize>()) as u64
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{LayerSizes, Parameters, Target, TargetLayer};
 use crate::{
-    grid::{Back, Bond, Edge, FEWEST, LayerSteps, Spacing},
+    grid::{Bond, Edge, FEWEST, LayerSteps, Spacing},
     model::{ModelKind, elastic::FEWEST_SLIDING, scheme::Order},
 };
 
@@ -11,7 +11,7 @@ pub(super) const LARGEST_CHANGE: f64 = 0.02;
 /// Relative change of a wave speed of which `percuss run` and `percuss check` warn.
 pub(crate) const NOTED_CHANGE: f64 = 0.005;
 /// Largest number of rows of several layers: more of them take long to fit.
-pub(super) const MAX_ROWS: f64 = 2e5;
+const MAX_ROWS: f64 = 2e5;
 /// Rows of all meshes together that are looked at for a better one.
 const SEARCHED_ROWS: f64 = 2e6;
 /// Meshes that are looked at for a better one.
@@ -26,26 +26,22 @@ pub(super) struct Rows {
     pub dr: f64,
     /// Time step \[R/c_p\].
     pub dt: f64,
-    /// Rows of every computed layer.
+    /// Speed of the fastest waves along r \[c_p\].
+    pub speed: f64,
+    /// Rows of every computed layer, of the target before those of an indenter that gives.
     pub layers: Vec<LayerSizes>,
 }
 
-/// Why layers have no rows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum RowsError {
-    /// There would be so many.
-    TooMany(f64),
-    /// A layer, by its number, is thinner than so many rows.
-    Thin(usize, usize),
-    /// The wave speed of a layer, by its number, would change by so much.
-    Change(usize, f64),
-}
+/// Why layers have no rows: the number of the layer that is at fault, or none if that is the number of cells, what is wrong, and what is allowed.
+pub(super) type NoRows = (Option<usize>, String, String);
 
 /// What the rows of several layers follow from beside the number of cells.
 pub(super) struct Stack {
     model: ModelKind,
     /// Layers of the target, and of an indenter that gives.
     layers: Vec<TargetLayer>,
+    /// How many of them are of the target.
+    of_target: usize,
     /// What lies below the last row of each.
     overhangs: Vec<f64>,
     /// Radius of the punch \[R\].
@@ -82,19 +78,18 @@ pub(super) fn fastest<'a>(model: ModelKind, layers: impl IntoIterator<Item = &'a
 impl Stack {
     /// The computed layers of a case.
     pub fn new(case: &Parameters) -> Self {
-        let striker = case.indenter.striker.as_ref().map(|striker| &striker.body);
-        let bodies = || std::iter::once(&case.target).chain(striker);
-        let overhangs = bodies().flat_map(|body| {
+        let overhangs = case.bodies().flat_map(|body| {
             let last = body.computed().len() - 1;
             (0..=last).map(move |number| if number == last { body.back.overhang() } else { 0.0 })
         });
         Self {
             model: case.model,
+            of_target: case.target.computed().len(),
             overhangs: overhangs.collect(),
-            layers: bodies().flat_map(Target::computed).collect(),
+            layers: case.bodies().flat_map(Target::computed).collect(),
             radius: case.indenter.radius,
             edge: edge(case.mesh.order, &case.target),
-            slack: bodies().map(Target::slack).fold(1.0, f64::max),
+            slack: case.bodies().map(Target::slack).fold(1.0, f64::max),
         }
     }
 
@@ -103,17 +98,23 @@ impl Stack {
     /// ```text
     /// rakhmatulin: Δr ≥ c_s,k·Δt      elastic: Δr ≥ Δz_k = h_k/N_k      in every layer of N_k rows of cells
     /// ```
-    pub fn rows(&self, cells: usize) -> Result<Rows, RowsError> {
+    pub fn rows(&self, cells: usize) -> Result<Rows, NoRows> {
         let dr = |slip| Spacing::radial(cells, self.radius, self.edge, slip);
         let largest = dr(None) / self.fastest();
         let transits: Vec<(f64, f64)> = self.finite().map(|layer| (layer.0 / layer.1, layer.2)).collect();
         let rows = transits.iter().map(|layer| layer.0).sum::<f64>() / largest;
         if rows > MAX_ROWS {
-            return Err(RowsError::TooMany(rows));
+            let message = format!("`mesh.cells` = {cells} makes {rows:.3e} rows through the layers");
+            let help = format!("allowed: at most {MAX_ROWS:e} rows; make mesh.cells smaller");
+            return Err((None, message, help));
         }
+        let thin = |number, fewest| {
+            let what = format!(": with mesh.cells = {cells} the layer is thinner than {fewest} rows");
+            (Some(number), what, String::new())
+        };
         let fit = |largest| {
-            let LayerSteps { dt, steps, rows, changes } = LayerSteps::fit(&transits, largest)
-                .map_err(|number| RowsError::Thin(self.number(number), FEWEST))?;
+            let LayerSteps { dt, steps, rows, changes } =
+                LayerSteps::fit(&transits, largest).map_err(|number| thin(self.number(number), FEWEST))?;
             let slip = self.layers[0].lateral_speed(self.model, 1.0) * self.slack * dt;
             let mut finite = steps.into_iter().zip(rows).zip(changes);
             let sizes = |layer: &TargetLayer| {
@@ -121,9 +122,11 @@ impl Stack {
                 let fitted = layer.thickness.and_then(|_| finite.next());
                 let ((steps, rows), speed_change) = fitted.unwrap_or(half_space);
                 let dz = layer.thickness.map_or(layer.wave_speed * dt, |thickness| thickness / rows);
-                LayerSizes { steps, overhang: rows - steps as f64, dz, speed_change }
+                LayerSizes { steps, overhang: rows - steps as f64, dz, speed_change, heights: Vec::new() }
             };
-            Ok(Rows { dr: dr(Some(slip)), dt, layers: self.layers.iter().map(sizes).collect() })
+            let layers: Vec<_> = self.layers.iter().map(sizes).collect();
+            let speed = lateral_speed(self.model, &self.layers[..self.of_target], &layers, dt);
+            Ok(Rows { dr: dr(Some(slip)), dt, speed, layers })
         };
         let mut rows = fit(largest)?;
         let is_stable = |rows: &Rows| {
@@ -135,10 +138,17 @@ impl Stack {
             rows = fit(largest / (1.0 + LARGEST_CHANGE))?;
         }
         if let Some(number) = self.thin_beside_sliding(&rows) {
-            return Err(RowsError::Thin(number, FEWEST_SLIDING));
+            return Err(thin(number, FEWEST_SLIDING));
         }
         let (number, change) = rows.largest_change();
-        if change.abs() > LARGEST_CHANGE { Err(RowsError::Change(number, change)) } else { Ok(rows) }
+        if change.abs() <= LARGEST_CHANGE {
+            return Ok(rows);
+        }
+        let what = format!(
+            ": with mesh.cells = {cells} waves cross all layers in whole steps only if the wave speed of this one is changed by {:.2} %",
+            100.0 * change
+        );
+        Err((Some(number), what, format!("allowed: up to {} %; ", 100.0 * LARGEST_CHANGE)))
     }
 
     /// The first layer with fewer rows than are stable beside a sliding interface.
@@ -193,13 +203,6 @@ impl Parameters {
 }
 
 impl Rows {
-    /// Spacings of a target of one layer.
-    pub fn single(Spacing { dr, dz, layer_rows }: Spacing, back: Back) -> Self {
-        let steps = layer_rows.unwrap_or(0);
-        let layer = LayerSizes { steps, overhang: back.overhang(), dz, speed_change: 0.0 };
-        Self { dr, dt: dz, layers: vec![layer] }
-    }
-
     /// The largest change of a wave speed by magnitude, with the number of its layer.
     fn largest_change(&self) -> (usize, f64) {
         let changes = self.layers.iter().map(|layer| layer.speed_change).enumerate();
@@ -208,21 +211,20 @@ impl Rows {
             |largest, change| if change.1.abs() > f64::abs(largest.1) { change } else { largest },
         )
     }
+}
 
-    /// Steps down to a depth, in whole rows of every layer.
-    ///
-    /// * `z`: depth \[R\]
-    pub fn steps_to(&self, z: f64) -> f64 {
-        let mut top = 0.0;
-        let last = self.layers.len() - 1;
-        let steps = |(number, layer): (usize, &LayerSizes)| {
-            let most = if number == last { f64::INFINITY } else { layer.steps as f64 };
-            let steps = ((z - top) / layer.dz).ceil().clamp(0.0, most);
-            top += layer.steps as f64 * layer.dz;
-            steps
-        };
-        self.layers.iter().enumerate().map(steps).sum()
-    }
+/// Steps down to a depth, in whole rows of every layer.
+///
+/// * `z`: depth \[R\]
+pub(super) fn steps_to(layers: &[LayerSizes], z: f64) -> f64 {
+    let mut top = 0.0;
+    let steps = |(number, layer): (usize, &LayerSizes)| {
+        let most = if number + 1 == layers.len() { f64::INFINITY } else { layer.steps as f64 };
+        let steps = ((z - top) / layer.dz).ceil().clamp(0.0, most);
+        top += layer.steps as f64 * layer.dz;
+        steps
+    };
+    layers.iter().enumerate().map(steps).sum()
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
-    BodySizes, GradedSizes, LayerSizes, Parameters, Sizes, TargetLayer,
+    BodySizes, LayerSizes, Parameters, Sizes, Target,
     keys::BODY,
-    rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
+    rows::{self, LARGEST_CHANGE, NoRows, Rows, Stack},
     values::Values,
 };
 use crate::{
@@ -16,103 +16,130 @@ use crate::{
 /// Largest number of steps of a run.
 const MAX_STEPS: f64 = 1e8;
 /// Largest number of nodes.
-pub(super) const MAX_NODES: f64 = 1e9;
+const MAX_NODES: f64 = 1e9;
 /// Largest number of displacements in memory, 24 GB: three levels of as many nodes, or of half as many in the full theory.
-pub(super) const MAX_NUMBERS: f64 = 3e9;
+const MAX_NUMBERS: f64 = 3e9;
 /// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
-
+/// Cells of a graded mesh beyond the way of the fastest waves.
+const MARGIN: f64 = 8.0;
 /// Fewest columns of a body that ends.
 const FEWEST_COLUMNS: f64 = 4.5;
 
-/// Heights of equal rows.
-fn equal_heights(layers: &[LayerSizes]) -> Vec<Vec<f64>> {
-    layers.iter().map(|layer| vec![layer.dz; layer.steps]).collect()
-}
-
 impl Parameters {
+    /// The target, and an indenter that gives.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = &Target> {
+        std::iter::once(&self.target).chain(self.indenter.striker.as_ref().map(|striker| &striker.body))
+    }
+
     /// Derives the sizes of a sound case without them, or notes why there are none.
+    ///
+    /// The mesh is so wide that no wave arrives at its end, whatever is recorded:
+    ///
+    /// ```text
+    /// r_max = r_contact + c·t_end + margin
+    /// ```
+    ///
+    /// with the largest c of waves along r in any layer. The margin is the width of the precursor, on a graded mesh some cells.
     pub(super) fn derive_sizes(&self, values: &Values<'_>) -> Option<Sizes> {
-        let computed = self.target.computed();
-        if let Some(grading) = &self.mesh.grading {
-            return self.graded_sizes(values, grading, &computed);
-        }
-        let mut rows = self.rows(values, &computed)?;
-        let Rows { dr, dt, .. } = rows;
+        let (grading, striker) = (self.mesh.grading.as_ref(), self.bodies().nth(1));
+        let Rows { dr, dt, speed, mut layers } = match grading {
+            Some(grading) => self.graded_step(grading),
+            None => self.rows(values)?,
+        };
         let steps = self.steps(values, dt)?;
         let contact_reach = self.contact_reach(dr, dt, steps);
-        let outer = self.outer_radius(values, &rows, steps, contact_reach)?;
-        let is_bounded = self.target.radius.is_some() || self.indenter.striker.is_some();
-        let columns = is_bounded.then(|| self.columns(outer, &Growth::none(dr)));
-        let nr = match &columns {
-            Some((_, [nr, _])) => *nr as f64,
-            None => (outer / dr - 1e-9).ceil().max(1.0),
+        let run = speed * steps * dt;
+        let margin = match grading {
+            Some(_) => MARGIN * dr,
+            None => (PRECURSOR * libm::cbrt(steps) + 2.0).ceil() * dr,
         };
+        let outer = self.check_outer_radius(values, contact_reach, contact_reach + run + margin, dr)?;
+        let is_bounded = self.target.radius.is_some() || striker.is_some();
+        let (widths, [nr, striker_nr]) = match grading {
+            Some(grading) => {
+                self.check_near_zone(values, grading, outer, dr)?;
+                self.columns(outer, &grading.growth(dr))
+            }
+            None if is_bounded => self.columns(outer, &Growth::none(dr)),
+            None => (Vec::new(), [(outer / dr - 1e-9).ceil().max(1.0) as usize, 0]),
+        };
+        if let Some(grading) = grading {
+            let layers_of = |body| self.graded_layers(body, dt, dr, run + margin, grading);
+            layers = self.bodies().flat_map(layers_of).collect();
+        }
+        let mut above = layers.split_off(self.target.computed().len());
+        let (has_back, interfaces) = (self.target.thickness.is_some(), layers.len() - 1);
         let corner = self.corner();
-        let reach = if corner.is_some() { 2 } else { 1 };
-        let mut above = rows.layers.split_off(computed.len());
-        let (has_back, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
-        let finite = if has_back { &rows.layers[..] } else { &rows.layers[..interfaces] };
-        let finite = finite.iter().map(|layer| layer.steps as f64).sum::<f64>();
-        // what strains and tension of interfaces are taken of, and what is recorded, with the row below
-        let strained = (finite as usize).max(NEAR_ROWS) + 2;
-        let recorded =
-            if self.record.frames.is_none() { rows.steps_to(self.record.deepest()) } else { f64::INFINITY };
-        let covered = strained.max(recorded.min(MAX_STEPS) as usize + 2);
-        // the wave travels one row per step
-        let moved = steps as usize + 2 + rows_ahead(reach);
-        let needed = Dependence { last_step: steps as usize, depths: covered };
-        let deep = needed.deepest(reach).min(moved) as f64;
-        let half_space = if has_back { 0.0 } else { (deep - finite).max(FEWEST as f64) };
-        let nz = finite + half_space + interfaces as f64;
+        let [mut strained, mut covered] = [0; 2];
+        if grading.is_none() {
+            let reach = if corner.is_some() { 2 } else { 1 };
+            let finite = if has_back { &layers[..] } else { &layers[..interfaces] };
+            let finite = finite.iter().map(|layer| layer.steps).sum::<usize>();
+            // what strains and tension of interfaces are taken of, and what is recorded, with the row below
+            strained = finite.max(NEAR_ROWS) + 2;
+            let all = !self.record.frames.is_none();
+            let recorded = if all { MAX_STEPS } else { rows::steps_to(&layers, self.record.deepest()) };
+            covered = strained.max(recorded.min(MAX_STEPS) as usize + 2);
+            // the wave travels one row per step
+            let moved = steps as usize + 2 + rows_ahead(reach);
+            let needed = Dependence { last_step: steps as usize, depths: covered };
+            if !has_back {
+                layers[interfaces].steps =
+                    needed.deepest(reach).min(moved).saturating_sub(finite).max(FEWEST);
+            }
+            if let Some(last) =
+                above.last_mut().filter(|_| striker.is_some_and(|body| body.thickness.is_none()))
+            {
+                // waves do not get there
+                last.steps = steps as usize + 2;
+            }
+        }
+        let nz = layers.iter().map(|layer| layer.steps).sum::<usize>() + interfaces;
+        if grading.is_some() {
+            [strained, covered] = [nz + 1; 2];
+        }
+        let striker = striker.map(|_| BodySizes { nr: striker_nr, layers: above });
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
-        if self.indenter.striker.as_ref().is_some_and(|striker| striker.body.thickness.is_none()) {
-            // waves do not get there
-            above.last_mut()?.steps = steps as usize + 2;
-        }
-        let rows_above: usize = above.iter().map(|layer| layer.steps + 1).sum();
-        let nodes_above = columns.as_ref().map_or(0.0, |(_, [_, nr])| (nr * rows_above) as f64);
-        if nr * nz + nodes_above > most {
-            let message = format!(
-                "`mesh.cells` = {} makes a mesh of {:.3e} nodes, {nr} along r, {nz} along z",
-                self.mesh.cells,
-                nr * nz + nodes_above
-            );
-            let help = format!("allowed: at most {most:e}; make mesh.cells or run.end_time smaller");
-            values.problem("mesh.cells", message, help);
+        let nodes = nr as f64 * nz as f64 + striker.as_ref().map_or(0, BodySizes::nodes) as f64;
+        if nodes > most {
+            let (key, cells) = self.mesh.density();
+            let message =
+                format!("`{key}` = {cells} makes a mesh of {nodes:.3e} nodes, {nr} along r, {nz} along z");
+            let or = match grading {
+                Some(_) => "smaller or mesh.grading larger",
+                None => "or run.end_time smaller",
+            };
+            values.problem(key, message, format!("allowed: at most {most:e}; make {key} {or}"));
             return None;
-        }
-        if let Some(last) = rows.layers.last_mut().filter(|_| !has_back) {
-            last.steps = half_space as usize;
         }
         Some(Sizes {
             dr,
-            dz: rows.layers[0].dz,
+            dz: layers[0].dz,
             dt,
             steps: steps as u64,
-            nr: nr as usize,
-            nz: nz as usize,
-            outer_radius: self.target.radius.unwrap_or_else(|| {
-                columns.as_ref().map_or(nr * dr, |(widths, [nr, _])| outer_radius(&widths[..=*nr]))
-            }),
-            depth: rows.layers.iter().map(|layer| layer.rows() * layer.dz).sum(),
+            nr,
+            nz,
+            outer_radius: match (self.target.radius, widths.get(..=nr)) {
+                (Some(radius), _) => radius,
+                (None, Some(widths)) => outer_radius(widths),
+                (None, None) => nr as f64 * dr,
+            },
+            depth: layers.iter().map(LayerSizes::thickness).sum(),
             contact_reach,
             strained,
             covered,
             has_back,
-            striker: self.indenter.striker.as_ref().zip(columns.as_ref()).map(|(_, (_, [_, nr]))| {
-                BodySizes { nr: *nr, heights: equal_heights(&above), layers: above }
-            }),
-            graded: columns.map(|(widths, _)| GradedSizes { widths, heights: equal_heights(&rows.layers) }),
-            layers: rows.layers,
+            layers,
+            widths,
+            striker,
         })
     }
 
-    /// Spacings of the mesh.
-    ///
-    /// * `computed`: layers
-    fn rows(&self, values: &Values<'_>, computed: &[TargetLayer]) -> Option<Rows> {
+    /// Spacings of a mesh of equal cells.
+    fn rows(&self, values: &Values<'_>) -> Option<Rows> {
+        let computed = self.target.computed();
         let cells = self.mesh.cells;
         // a load needs no edge between nodes
         let radius = self.indenter.radius.filter(|_| self.load.is_none());
@@ -120,12 +147,8 @@ impl Parameters {
         let edge = rows::edge(self.mesh.order, &self.target);
         if computed.len() > 1 || self.indenter.striker.is_some() {
             let stack = Stack::new(self);
-            let error = match stack.rows(cells) {
-                Ok(rows) => return Some(rows),
-                Err(error) => error,
-            };
-            self.refuse_rows(values, &stack, error);
-            return None;
+            let refuse = |why| self.refuse_rows(values, &stack, why);
+            return stack.rows(cells).map_err(refuse).ok();
         }
         let speed = computed[0].lateral_speed(self.model, 1.0) * self.target.slack();
         let spacing = match self.mesh.kind {
@@ -143,62 +166,44 @@ impl Parameters {
             );
             values.refuse(&name, &what, &format!("change {name} or mesh.cells"));
         }
-        let spacing = self.check_rows(values, spacing?, &name)?;
-        Some(Rows::single(spacing, self.target.back))
-    }
-
-    /// The spacing of a target of one layer, if there are rows enough for the scheme.
-    fn check_rows(&self, values: &Values<'_>, spacing: Spacing, name: &str) -> Option<Spacing> {
+        let Spacing { dr, dz, layer_rows } = spacing?;
         let (fewest, reason) = match self.target.back {
             _ if self.model.has_shear() => (FEWEST_ROWS, "model = \"elastic\""),
             Back::Free => (FEWEST, "target.back = \"free\""),
-            Back::Rigid => return Some(spacing),
+            Back::Rigid => (0, ""),
         };
-        let Some(rows) = spacing.layer_rows.filter(|rows| *rows < fewest) else { return Some(spacing) };
-        let what = format!(": the layer has {rows} rows of cells, too few for {reason}");
-        values.refuse(name, &what, &format!("allowed: at least {fewest}; make mesh.cells or {name} larger"));
-        None
+        if let Some(rows) = layer_rows.filter(|rows| *rows < fewest) {
+            let what = format!(": the layer has {rows} rows of cells, too few for {reason}");
+            let help = format!("allowed: at least {fewest}; make mesh.cells or {name} larger");
+            values.refuse(&name, &what, &help);
+            return None;
+        }
+        let (steps, overhang) = (layer_rows.unwrap_or(0), self.target.back.overhang());
+        let layers = vec![LayerSizes { steps, overhang, dz, ..LayerSizes::default() }];
+        Some(Rows { dr, dt: dz, speed: rows::lateral_speed(self.model, &computed, &layers, dz), layers })
     }
 
     /// Notes why several layers have no rows.
-    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack, error: RowsError) {
-        let cells = self.mesh.cells;
-        let finer = || match stack.finer(cells, LARGEST_CHANGE) {
+    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack, (number, what, allowed): NoRows) {
+        let Some(number) = number else { return values.problem("mesh.cells", what, allowed) };
+        let finer = match stack.finer(self.mesh.cells, LARGEST_CHANGE) {
             Some(cells) => format!("mesh.cells = {cells} would do"),
             None => "make mesh.cells larger".into(),
         };
         let of_target = self.target.computed().len();
-        let thickness = |number: usize| match &self.indenter.striker {
+        let layer = match &self.indenter.striker {
             Some(striker) if number >= of_target => {
-                let paths = values.layer_paths(BODY.path);
-                format!("{}.thickness", paths[striker.body.first_of(number - of_target).min(paths.len() - 1)])
+                let mut paths = values.layer_paths(BODY.path);
+                let last = paths.len() - 1;
+                paths.swap_remove(striker.body.first_of(number - of_target).min(last))
             }
-            _ => format!("{}.thickness", values.layer_paths("target")[self.target.first_of(number)]),
+            _ => values.layer_paths("target").swap_remove(self.target.first_of(number)),
         };
-        match error {
-            RowsError::TooMany(rows) => {
-                let message = format!("`mesh.cells` = {cells} makes {rows:.3e} rows through the layers");
-                let help = format!("allowed: at most {MAX_ROWS:e} rows; make mesh.cells smaller");
-                values.problem("mesh.cells", message, help);
-            }
-            RowsError::Thin(number, fewest) => {
-                let what = format!(": with mesh.cells = {cells} the layer is thinner than {fewest} rows");
-                values.refuse(&thickness(number), &what, &finer());
-            }
-            RowsError::Change(number, change) => {
-                let what = format!(
-                    ": with mesh.cells = {cells} waves cross all layers in whole steps only if the wave speed of this one is changed \
-                     by {:.2} %",
-                    100.0 * change
-                );
-                let help = format!("allowed: up to {} %; {}", 100.0 * LARGEST_CHANGE, finer());
-                values.refuse(&thickness(number), &what, &help);
-            }
-        }
+        values.refuse(&format!("{layer}.thickness"), &what, &(allowed + &finer));
     }
 
     /// Number of the last step.
-    pub(super) fn steps(&self, values: &Values<'_>, dt: f64) -> Option<f64> {
+    fn steps(&self, values: &Values<'_>, dt: f64) -> Option<f64> {
         let steps = (self.run.end_time / dt).round();
         if !(1.0..=MAX_STEPS).contains(&steps) {
             let [step, least, most] =
@@ -235,7 +240,7 @@ impl Parameters {
     /// ```text
     /// f(r_contact − Δr) = V0·(K + 1)·Δt + (3/2)V0·Δt       not beyond the radius of a punch
     /// ```
-    pub(super) fn contact_reach(&self, dr: f64, dt: f64, steps: f64) -> f64 {
+    fn contact_reach(&self, dr: f64, dt: f64, steps: f64) -> f64 {
         if let Some(load) = &self.load {
             return self.within_rims(load.radius.unwrap_or(dr));
         }
@@ -244,24 +249,10 @@ impl Parameters {
         self.within_rims((shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius()))
     }
 
-    /// Outer radius of the mesh \[R\]: so large that no wave arrives there, whatever is recorded.
-    ///
-    /// ```text
-    /// r_max = r_contact + c·t_end + margin
-    /// ```
-    ///
-    /// with the largest `c = c_s` (model `elastic`: c_p) of all layers and the width of the precursor as margin.
-    fn outer_radius(&self, values: &Values<'_>, rows: &Rows, steps: f64, contact_reach: f64) -> Option<f64> {
-        let computed = self.target.computed();
-        let run = rows::lateral_speed(self.model, &computed, &rows.layers, rows.dt) * steps * rows.dt;
-        let margin = (PRECURSOR * libm::cbrt(steps) + 2.0).ceil() * rows.dr;
-        self.check_outer_radius(values, contact_reach, contact_reach + run + margin, rows.dr)
-    }
-
     /// The outer radius that is given, if it is sound, else one that no wave reaches.
     ///
     /// * `reach`: such a one
-    pub(super) fn check_outer_radius(
+    fn check_outer_radius(
         &self,
         values: &Values<'_>,
         contact_reach: f64,
