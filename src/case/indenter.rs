@@ -5,6 +5,7 @@ use std::{f64::consts::PI, path::Path};
 use super::{
     Body, Stop,
     bounds::{Bounds, HUGE, TINY},
+    keys::BODY,
     profile,
     values::Values,
 };
@@ -54,7 +55,7 @@ pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
     if let Some(radius) = radius.filter(|_| !values.checked.contains_key("length_unit")) {
         values.set("indenter.radius", radius);
     }
-    if values.striker_layers.is_some() {
+    if values.is_table(BODY.path) {
         let given = ["mass", "density", "material", "length"]
             .into_iter()
             .find(|key| values.is_given(&format!("indenter.{key}")));
@@ -203,7 +204,7 @@ pub(super) fn check_bounces(values: &Values<'_>, indenter: Option<&Body>) {
     }
     let is_sphere = |Body { head, radius, .. }: &Body| matches!(head, Head::Sphere { nose_radius } if *radius == Some(*nose_radius));
     let is_plane = values.system.geometry == Geometry::Plane;
-    let is_other = values.is_loaded || values.striker_layers.is_some() || is_plane;
+    let is_other = values.is_loaded || values.is_table(BODY.path) || is_plane;
     let (what, help) = if is_other || indenter.is_some_and(|body| !is_sphere(body)) {
         (" is of a whole sphere", "leave it out, or give indenter.shape = \"sphere\" without indenter.radius")
     } else if indenter.is_some_and(|body| body.mass.is_infinite()) {
@@ -214,28 +215,4 @@ pub(super) fn check_bounces(values: &Values<'_>, indenter: Option<&Body>) {
         return;
     };
     values.refuse("run.bounces", what, help);
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::{case::Case, units::Dimension};
-
-    fn mass(text: &str) -> f64 {
-        let case = Case::sound(text, &[]);
-        assert_eq!(Case::sound(&case.resolved_toml(), &[]).indenter, case.indenter);
-        case.scales.map_or(case.indenter.mass, |scales| scales.expand(Dimension::Mass, case.indenter.mass))
-    }
-
-    #[test]
-    fn a_length_gives_a_punch_its_mass() {
-        // a steel cylinder of 20 mm and 50 mm: 7850 kg/m³·π·(10 mm)²·50 mm
-        let punch = "[target]\nthickness = \"10 mm\"\nmaterial = \"pmma\"\n[indenter]\nshape = \"flat\"\n\
-                     radius = \"10 mm\"\nlength = \"50 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"5 m/s\"\n[run]\nend_time = \"9 us\"\n";
-        assert!((mass(punch) / (7850.0 * std::f64::consts::PI * 5e-6) - 1.0).abs() < 1e-9, "{}", mass(punch));
-        // a cone of height 1 under a cylinder of length 1, half of it in the plane
-        let cone = "[target]\nthickness = 1.0\nshear_wave_speed = 0.5\n[indenter]\nshape = \"cone\"\nslope = 1.0\n\
-                    radius = 1.0\nlength = 2.0\ndensity = 3.0\n[run]\nend_time = 1.0\n";
-        assert!((mass(cone) - 3.0 * (1.0 + 1.0 / 3.0)).abs() < 1e-13);
-        assert!((mass(&format!("geometry = \"plane\"\n{cone}")) - 3.0 * 1.5).abs() < 1e-13);
-    }
 }

@@ -4,6 +4,12 @@
 
 use std::fmt::Write;
 
+use Kind::{
+    Choice, Count, Line, Material, Name, NameOr, Number, Pair, Preset, Quantity, Table, Tables, Text,
+    Thickness,
+};
+use Who::{Dimensionless, Physical, Shapes};
+
 use super::{
     bounds::{Bounds, HUGE, MAX_LIST, TINY},
     system::System,
@@ -20,6 +26,8 @@ pub(super) enum Kind {
     Text(&'static str),
     /// One of these names.
     Name(&'static [&'static str]),
+    /// One of these names, or a table with the keys of this section.
+    NameOr(&'static [&'static str], &'static Section),
     /// One of these whole numbers.
     Choice(&'static [i64]),
     /// A whole number from the first to the second one, in a unit.
@@ -42,8 +50,8 @@ pub(super) enum Kind {
     Table(&'static Section),
     /// The name of a material.
     Preset,
-    /// A list of tables.
-    Tables,
+    /// A list of tables with the keys of this section, with a word for them and their largest number.
+    Tables(&'static Section, &'static str, usize),
 }
 
 /// What holds if a key is left out.
@@ -80,8 +88,8 @@ pub(super) struct Key {
     meaning: &'static str,
 }
 
-const fn key(name: &'static str, kind: Kind) -> Key {
-    Key { name, kind, absent: Absent::Words("none"), who: Who::All, not_beside: &[], meaning: "" }
+const fn key(name: &'static str, kind: Kind, meaning: &'static str) -> Key {
+    Key { name, kind, absent: Absent::Words("none"), who: Who::All, not_beside: &[], meaning }
 }
 
 const fn list(of: &'static Kind, noun: &'static str, most: usize) -> Kind {
@@ -108,10 +116,6 @@ impl Key {
     const fn not_beside(self, keys: &'static [&'static str]) -> Self {
         Self { not_beside: keys, ..self }
     }
-
-    const fn means(self, meaning: &'static str) -> Self {
-        Self { meaning, ..self }
-    }
 }
 
 /// A table of a case file.
@@ -136,19 +140,29 @@ impl Section {
     }
 }
 
+/// A section, a row for each key: name, kind, what else is said of it ([`Key`]), and its meaning.
+macro_rules! section {
+    ($path:expr; $($name:ident: $kind:expr $(, $rule:ident($($argument:expr),*))* => $meaning:literal;)*) => {
+        Section { path: $path, keys: &[$(key(stringify!($name), $kind, $meaning)$(.$rule($($argument),*))*),*] }
+    };
+}
+
 /// Sizes that are not 0.
 pub(super) const SIZE: Bounds = Bounds::within(TINY, HUGE);
 /// Sizes, radii and depths.
 const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
 /// Times and forces of a table.
-const TIMES: Kind = Kind::Quantity(Time, Bounds::within(0.0, 1e12));
-const FORCES: Kind = Kind::Quantity(Force, ANY);
+const TIMES: Kind = Quantity(Time, Bounds::within(0.0, 1e12));
+const FORCES: Kind = Quantity(Force, ANY);
+/// Lengths that are not 0.
+const EXTENT: Kind = Quantity(Length, SIZE);
 /// Radii.
-pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
+pub(super) const LENGTH: Kind = Quantity(Length, FROM_ZERO);
 /// Depths, in an indenter that gives negative.
-pub(super) const DEPTH: Kind = Kind::Quantity(Length, Bounds::within(-HUGE, HUGE));
+pub(super) const DEPTH: Kind = Quantity(Length, Bounds::within(-HUGE, HUGE));
 /// SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
+const MODULUS: Kind = Quantity(Stress, POSITIVE);
 /// Strengths of bonds.
 const STRENGTH: Bounds = Bounds::above(0.0, 1e30).or_infinite();
 /// Of either sign.
@@ -160,9 +174,8 @@ pub(super) const RELATIVE: Bounds = SIZE;
 /// Keys of section `mesh` that only a graded mesh has.
 pub(super) const GRADED: [&str; 5] =
     ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
-/// Largest number of sensors.
-pub(super) const MAX_SENSORS: usize = 100;
-/// Largest number of layers.
+/// Layers of a body, and their largest number.
+const LAYERS: Kind = Tables(&LAYER, "layers", MAX_LAYERS);
 pub(super) const MAX_LAYERS: usize = 100;
 
 /// The section of a case without an indenter.
@@ -176,410 +189,244 @@ pub(super) const SHAPES: [&str; 5] = ["flat", "paraboloid", "sphere", "cone", "p
 const VIEWS: [&str; 6] = ["field", "image", "scene", "fronts", "tf", "profile"];
 const RAKHMATULIN: Who = Who::Model(ModelKind::Rakhmatulin);
 const ELASTIC: Who = Who::Model(ModelKind::Elastic);
-const CONE: Who = Who::Shapes(&["cone"]);
-const SPHERE: Who = Who::Shapes(&["sphere"]);
-const PROFILE: Who = Who::Shapes(&["profile"]);
+const CONE: Who = Shapes(&["cone"]);
+const SPHERE: Who = Shapes(&["sphere"]);
+const PROFILE: Who = Shapes(&["profile"]);
 
 /// The top level.
-pub(super) const ROOT: Section = Section {
-    path: "",
-    keys: &[
-        key("title", Kind::Text("a text in quotes")).left_out("name of the case").means("title of the run"),
-        key("model", Kind::Name(&ModelKind::NAMES))
-            .default("\"rakhmatulin\"")
-            .means("simplified theory with one displacement, or linear elasticity in full"),
-        key("geometry", Kind::Name(&["axisymmetric", "plane"]))
-            .default("\"axisymmetric\"")
-            .means("symmetry; the full theory has plane strain in the plane"),
-        key("length_unit", Kind::Quantity(Length, LENGTH_UNIT))
-            .only(Who::Physical)
-            .means("R, its range in m, if the indenter has neither `radius` nor `nose_radius`"),
-    ],
+pub(super) const ROOT: Section = section! { "";
+    title: Text("a text in quotes"), left_out("name of the case") => "title of the run";
+    model: Name(&ModelKind::NAMES), default("\"rakhmatulin\"") =>
+        "simplified theory with one displacement, or linear elasticity in full";
+    geometry: Name(&["axisymmetric", "plane"]), default("\"axisymmetric\"") =>
+        "symmetry; the full theory has plane strain in the plane";
+    length_unit: Quantity(Length, LENGTH_UNIT), only(Physical) =>
+        "R, its range in m, if the indenter has neither `radius` nor `nose_radius`";
 };
 
 /// One layer of a list.
-pub(super) const LAYER: Section = Section {
-    path: "target.layer",
-    keys: &[
-        key("thickness", Kind::Thickness).required().means("half-space in the last layer only"),
-        key("density", Kind::Number(RELATIVE, "γ"))
-            .default("1.0")
-            .only(Who::Dimensionless)
-            .means("density, 1 in the first layer"),
-        key("wave_speed", Kind::Number(RELATIVE, "c_p"))
-            .default("1.0")
-            .only(Who::Dimensionless)
-            .means("longitudinal wave speed, 1 in the first layer"),
-        key("shear_wave_speed", Kind::Number(RELATIVE, "c_p"))
-            .left_out("that of the first layer")
-            .not_beside(&["material"])
-            .means("c_s, in units of c_p of the first layer, where it makes the case dimensionless"),
-        key("bond", Kind::Name(&["welded", "sliding"])).default("\"welded\"").means(
-            "to the layer above, from the second layer on; sliding passes no shear stress and needs `model = \"elastic\"`",
-        ),
-        key("bond_strength", Kind::Table(&BOND_STRENGTH)).only(Who::Physical).means(
-            "of the bond to the layer above, `{ normal = …, shear = … }`, for measures: nothing breaks",
-        ),
-        key("material", Kind::Material).only(Who::Physical).means("required in every layer"),
-    ],
+pub(super) const LAYER: Section = section! { "target.layer";
+    thickness: Thickness, required() => "half-space in the last layer only";
+    density: Number(RELATIVE, "γ"), default("1.0"), only(Dimensionless) => "density, 1 in the first layer";
+    wave_speed: Number(RELATIVE, "c_p"), default("1.0"), only(Dimensionless) =>
+        "longitudinal wave speed, 1 in the first layer";
+    shear_wave_speed: Number(RELATIVE, "c_p"), left_out("that of the first layer"), not_beside(&["material"]) =>
+        "c_s, in units of c_p of the first layer, where it makes the case dimensionless";
+    bond: Name(&["welded", "sliding"]), default("\"welded\"") =>
+        "to the layer above, from the second layer on; sliding passes no shear stress and needs `model = \"elastic\"`";
+    bond_strength: Table(&BOND_STRENGTH), only(Physical) =>
+        "of the bond to the layer above, `{ normal = …, shear = … }`, for measures: nothing breaks";
+    material: Material, only(Physical) => "required in every layer";
 };
 
 /// The strength of a bond.
-pub(super) const BOND_STRENGTH: Section = Section {
-    path: "target.layer.bond_strength",
-    keys: &[
-        key("normal", Kind::Quantity(Stress, STRENGTH)).required().means("tension across the interface"),
-        key("shear", Kind::Quantity(Stress, STRENGTH)).required().means("shear stress along it"),
-    ],
+pub(super) const BOND_STRENGTH: Section = section! { "target.layer.bond_strength";
+    normal: Quantity(Stress, STRENGTH), required() => "tension across the interface";
+    shear: Quantity(Stress, STRENGTH), required() => "shear stress along it";
 };
 
 /// The body of an indenter that gives.
-pub(super) const BODY: Section = Section {
-    path: "indenter.body",
-    keys: &[
-        key("radius", Kind::Quantity(Length, SIZE)).left_out("that of the indenter").means("of the body, whose rim is held as the target's"),
-        key("layer", Kind::Tables)
-            .left_out("required")
-            .means("layers from the nose up, with the keys of `target.layer`; the last may be a half-space, a long bar"),
-    ],
+pub(super) const BODY: Section = section! { "indenter.body";
+    radius: EXTENT, left_out("that of the indenter") => "of the body, whose rim is held as the target's";
+    layer: LAYERS, left_out("required") =>
+        "layers from the nose up, with the keys of `target.layer`; the last may be a half-space, a long bar";
+    back: Table(&BODY_BACK) => "what is bonded to the back: `[indenter.body.back]`";
 };
 
 /// What is bonded to its back.
-pub(super) const BODY_BACK: Section = Section {
-    path: "indenter.body.back",
-    keys: &[key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12)))
-        .required()
-        .means("of a rigid body that is bonded to the back, a drop weight")],
+pub(super) const BODY_BACK: Section = section! { "indenter.body.back";
+    mass: Quantity(Mass, Bounds::within(TINY, 1e12)), required() =>
+        "of a rigid body that is bonded to the back, a drop weight";
 };
 
 /// One sensor of a list.
-pub(super) const SENSOR: Section = Section {
-    path: "record.sensor",
-    keys: &[
-        key("r", LENGTH).required().means("radius of its middle"),
-        key("face", Kind::Name(&["front", "back"]))
-            .default("\"front\"")
-            .means("the struck face, or the far one, which has to be free"),
-        key("aperture", LENGTH)
-            .default("0.0")
-            .means("radius of the disc, in the plane half the width of the strip, over which it takes the mean; 0 for a point"),
-        key("quantity", Kind::Name(&["displacement", "velocity"]))
-            .default("\"displacement\"")
-            .means("of the face along z, positive along the blow"),
-        key("band", list(&Kind::Quantity(Frequency, SIZE), "frequencies", 2)).means(
-            "the lower and the upper corner of a band-pass, whose output is recorded beside the value: Butterworth, of second order at \
-             either corner, forward and backward, so that no phase is shifted, with half the amplitude at the corners",
-        ),
-    ],
+pub(super) const SENSOR: Section = section! { "record.sensor";
+    r: LENGTH, required() => "radius of its middle";
+    face: Name(&["front", "back"]), default("\"front\"") => "the struck face, or the far one, which has to be free";
+    aperture: LENGTH, default("0.0") =>
+        "radius of the disc, in the plane half the width of the strip, over which it takes the mean; 0 for a point";
+    quantity: Name(&["displacement", "velocity"]), default("\"displacement\"") =>
+        "of the face along z, positive along the blow";
+    band: list(&Quantity(Frequency, SIZE), "frequencies", 2) =>
+        "the lower and the upper corner of a band-pass, whose output is recorded beside the value: Butterworth, of second order at either \
+         corner, forward and backward, so that no phase is shifted, with half the amplitude at the corners";
 };
 
 /// The constants of a material.
-pub(super) const MATERIAL: Section = Section {
-    path: "target.material",
-    keys: &[
-        key("youngs_modulus", Kind::Quantity(Stress, POSITIVE)).means("E, one of two"),
-        key("poisson_ratio", Kind::Number(Bounds::between(-1.0, 0.5), "1")).means("ν, one of two"),
-        key("bulk_modulus", Kind::Quantity(Stress, POSITIVE)).means("K, one of two"),
-        key("shear_modulus", Kind::Quantity(Stress, POSITIVE)).means("G, one of two"),
-        key("wave_speed", Kind::Quantity(Speed, POSITIVE)).means("c_p, one of two"),
-        key("shear_wave_speed", Kind::Quantity(Speed, POSITIVE)).means("c_s, one of two"),
-        key("C11", Kind::Quantity(Stress, POSITIVE))
-            .means("stiffness along r of a material whose axis of symmetry is z, with the four below; `elastic` only"),
-        key("C33", Kind::Quantity(Stress, POSITIVE)).means("stiffness along z"),
-        key("C13", Kind::Quantity(Stress, ANY)).means("stress along z by strain along r"),
-        key("C44", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the r–z plane"),
-        key("C66", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the plane of the layer"),
-        key("E_r", Kind::Quantity(Stress, POSITIVE))
-            .means("Young's modulus along r of such a material, with the four below, in place of the stiffness"),
-        key("E_z", Kind::Quantity(Stress, POSITIVE)).means("Young's modulus along z"),
-        key("nu_rt", Kind::Number(Bounds::between(-1.0, 1.0), "1"))
-            .means("Poisson's ratio in the plane of the layer"),
-        key("nu_zr", Kind::Number(Bounds::between(-10.0, 10.0), "1"))
-            .means("strain along r under stress along z, over that along z, with the other sign"),
-        key("G_rz", Kind::Quantity(Stress, POSITIVE)).means("shear modulus in the r–z plane"),
-        key("density", Kind::Quantity(Density, POSITIVE)).required().means("density"),
-        key("yield_strength", Kind::Quantity(Stress, POSITIVE))
-            .left_out("none; of a name that of its grade, in `percuss materials`")
-            .means("for measures and estimates, as those below: the theory is linear, nothing yields"),
-        key("tensile_strength", Kind::Quantity(Stress, POSITIVE)).left_out("likewise").means("tension at break"),
-        key("compressive_strength", Kind::Quantity(Stress, POSITIVE)).left_out("likewise").means("compression at break"),
-    ],
+pub(super) const MATERIAL: Section = section! { "target.material";
+    youngs_modulus: MODULUS => "E, one of two";
+    poisson_ratio: Number(Bounds::between(-1.0, 0.5), "1") => "ν, one of two";
+    bulk_modulus: MODULUS => "K, one of two";
+    shear_modulus: MODULUS => "G, one of two";
+    wave_speed: Quantity(Speed, POSITIVE) => "c_p, one of two";
+    shear_wave_speed: Quantity(Speed, POSITIVE) => "c_s, one of two";
+    C11: MODULUS => "stiffness along r of a material whose axis of symmetry is z, with the four below; `elastic` only";
+    C33: MODULUS => "stiffness along z";
+    C13: Quantity(Stress, ANY) => "stress along z by strain along r";
+    C44: MODULUS => "shear modulus in the r–z plane";
+    C66: MODULUS => "shear modulus in the plane of the layer";
+    E_r: MODULUS => "Young's modulus along r of such a material, with the four below, in place of the stiffness";
+    E_z: MODULUS => "Young's modulus along z";
+    nu_rt: Number(Bounds::between(-1.0, 1.0), "1") => "Poisson's ratio in the plane of the layer";
+    nu_zr: Number(Bounds::between(-10.0, 10.0), "1") =>
+        "strain along r under stress along z, over that along z, with the other sign";
+    G_rz: MODULUS => "shear modulus in the r–z plane";
+    density: Quantity(Density, POSITIVE), required() => "density";
+    yield_strength: MODULUS, left_out("none; of a name that of its grade, in `percuss materials`") =>
+        "for measures and estimates, as those below: the theory is linear, nothing yields";
+    tensile_strength: MODULUS, left_out("likewise") => "tension at break";
+    compressive_strength: MODULUS, left_out("likewise") => "compression at break";
 };
 
 /// The force of a load.
-pub(super) const FORCE: Section = Section {
-    path: "load.force",
-    keys: &[
-        key("pulse", Kind::Name(&["hertz", "cosine", "ricker", "step"])).left_out("required, or one of the three below").means(
-            "of peak F and duration T: F·sin^{3/2}(πt/T), F/2·(1 − cos 2πt/T), Ricker's of middle frequency 3/T; or a step",
-        ),
-        key("points", list(&Kind::Pair(&[TIMES, FORCES]), "points", MAX_LIST))
-            .not_beside(&["pulse"])
-            .means("pairs `[time, force]`, linear between them, 0 before the first and after the last"),
-        key("table", Kind::Text("the path of a CSV file with columns t, F"))
-            .not_beside(&["pulse", "points"])
-            .means("the same from a file; physical: `t [us],F [N]` in the heading"),
-        key("recording", Kind::Text("the path of a recording"))
-            .not_beside(&["pulse", "points", "table"])
-            .only(Who::Physical)
-            .means("the same from `/drag` of a recording"),
-        key("peak", FORCES).left_out("required by a pulse").means("F"),
-        key("duration", Kind::Quantity(Time, Bounds::within(0.0, 1e12))).left_out("required by a pulse").means("T"),
-        key("rise", Kind::Quantity(Time, Bounds::within(0.0, 1e12)))
-            .left_out("required by a step")
-            .means("of a step, like half a cosine; 0 for a jump"),
-    ],
+pub(super) const FORCE: Section = section! { "load.force";
+    pulse: Name(&["hertz", "cosine", "ricker", "step"]), left_out("required, or one of the three below") =>
+        "of peak F and duration T: F·sin^{3/2}(πt/T), F/2·(1 − cos 2πt/T), Ricker's of middle frequency 3/T; or a step";
+    points: list(&Pair(&[TIMES, FORCES]), "points", MAX_LIST), not_beside(&["pulse"]) =>
+        "pairs `[time, force]`, linear between them, 0 before the first and after the last";
+    table: Text("the path of a CSV file with columns t, F"), not_beside(&["pulse", "points"]) =>
+        "the same from a file; physical: `t [us],F [N]` in the heading";
+    recording: Text("the path of a recording"), not_beside(&["pulse", "points", "table"]), only(Physical) =>
+        "the same from `/drag` of a recording";
+    peak: FORCES, left_out("required by a pulse") => "F";
+    duration: TIMES, left_out("required by a pulse") => "T";
+    rise: TIMES, left_out("required by a step") => "of a step, like half a cosine; 0 for a jump";
 };
 
 /// The sections below the top level, in the order in which they are read and written.
-pub(super) const SECTIONS: [Section; 7] = [
-    Section {
-        path: "target",
-        keys: &[
-            key("thickness", Kind::Thickness).required().not_beside(&["layer"]).means("thickness h"),
-            key("shear_wave_speed", Kind::Number(Bounds::between(0.0, 1.0), "c_p"))
-                .left_out("required, or `material`")
-                .not_beside(&["layer", "material"])
-                .means("c_s/c_p, in the full theory below √3/2: the case is dimensionless"),
-            key("material", Kind::Material)
-                .left_out("required, or `shear_wave_speed`")
-                .not_beside(&["layer"])
-                .means("the case is physical; names: `percuss materials`; table: `[target.material]`"),
-            key("back", Kind::Name(&["rigid", "free"])).default("\"rigid\"").means(
-                "far side of the last layer, rigid and smooth or free; not with a half-space. Above a free back the last row \
-                 of nodes lies half a row of cells inside: `u` there is that of the face",
-            ),
-            key("radius", Kind::Quantity(Length, SIZE))
-                .left_out("none: the target has no end along r")
-                .only(ELASTIC)
-                .means("of a disc or a bar, in the plane half the width of a plate"),
-            key("rim", Kind::Name(&["free", "guided"])).default("\"free\"").only(ELASTIC).means(
-                "what holds the rim of a target with a `radius`: nothing, or a smooth guide that lets it slide along z",
-            ),
-            key("layer", Kind::Tables).means("layers, from the struck surface down, 100 at most"),
-        ],
+pub(super) static SECTIONS: [Section; 7] = [
+    section! { "target";
+        thickness: Thickness, required(), not_beside(&["layer"]) => "thickness h";
+        shear_wave_speed: Number(Bounds::between(0.0, 1.0), "c_p"), left_out("required, or `material`"), not_beside(&["layer", "material"]) =>
+            "c_s/c_p, in the full theory below √3/2: the case is dimensionless";
+        material: Material, left_out("required, or `shear_wave_speed`"), not_beside(&["layer"]) =>
+            "the case is physical; names: `percuss materials`; table: `[target.material]`";
+        back: Name(&["rigid", "free"]), default("\"rigid\"") =>
+            "far side of the last layer, rigid and smooth or free; not with a half-space. Above a free back the last row of nodes lies half a \
+             row of cells inside: `u` there is that of the face";
+        radius: EXTENT, left_out("none: the target has no end along r"), only(ELASTIC) =>
+            "of a disc or a bar, in the plane half the width of a plate";
+        rim: Name(&["free", "guided"]), default("\"free\""), only(ELASTIC) =>
+            "what holds the rim of a target with a `radius`: nothing, or a smooth guide that lets it slide along z";
+        layer: LAYERS => "layers, from the struck surface down, 100 at most";
     },
-    Section {
-        path: "indenter",
-        keys: &[
-            key("shape", Kind::Name(&SHAPES))
-                .required()
-                .means("shape of the head, f(r)"),
-            key("radius", Kind::Quantity(Length, SIZE))
-                .left_out("unbounded; sphere: whole; profile: last point")
-                .means("radius of the body; required by flat; at most `nose_radius` of a sphere"),
-            key("diameter", Kind::Quantity(Length, SIZE))
-                .only(SPHERE)
-                .not_beside(&["nose_radius"])
-                .means("2ρ, in place of `nose_radius`; in `--set` and `--vary` either takes the place of the other"),
-            key("diameter", Kind::Quantity(Length, SIZE))
-                .only(Who::Shapes(&["flat", "paraboloid", "cone", "profile"]))
-                .not_beside(&["radius"])
-                .means("of the body, in place of `radius`; likewise"),
-            key("edge_radius", Kind::Quantity(Length, FROM_ZERO))
-                .default("0.0")
-                .only(Who::Shapes(&["flat"]))
-                .means("radius e of the corner, f = e − √(e² − (r − R + e)²)"),
-            key("nose_radius", Kind::Quantity(Length, SIZE))
-                .left_out("required")
-                .only(Who::Shapes(&["paraboloid", "sphere"]))
-                .means("ρ of f = r²/(2ρ), and of f = ρ − √(ρ² − r²)"),
-            key("slope", Kind::Number(SIZE, "1"))
-                .left_out("required, or `half_angle`")
-                .only(CONE)
-                .not_beside(&["half_angle"])
-                .means("df/dr"),
-            key("half_angle", Kind::Number(Bounds::between(0.0, 90.0), "degrees"))
-                .only(CONE)
-                .means("angle from the axis, in place of `slope`"),
-            key("file", Kind::Text("the path of a CSV file with columns r, f"))
-                .left_out("required, or `points`")
-                .only(PROFILE)
-                .not_beside(&["points"])
-                .means("columns r, f, the tip 0, 0 first; physical: `r [mm],f [mm]` in the heading"),
-            key("points", list(&Kind::Pair(&[LENGTH, LENGTH]), "points", MAX_LIST))
-                .only(PROFILE)
-                .means("pairs `[r, f]`, the tip 0, 0 first, in place of `file`"),
-            key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12).or_infinite()))
-                .default("inf")
-                .not_beside(&["density", "length"])
-                .means("with finite mass the body slows down and rebounds; infinite with prescribed contact"),
-            key("density", Kind::Quantity(Density, SIZE)).not_beside(&["material"]).means(
-                "gives a whole sphere, or a body with a `length`, its mass, instead of `mass` or `material`",
-            ),
-            key("material", Kind::Preset).only(Who::Physical).means(
-                "instead of `density`, unless `mass` is given, and says how rigid the indenter is; names: `percuss materials`",
-            ),
-            key("body", Kind::Name(&["rigid", "elastic"])).left_out("rigid").only(ELASTIC).means(
-                "elastic: the body gives, a cylinder of the indenter's material and radius, as long as its mass asks, with the head as the \
-                 gap over its face; or the table `[indenter.body]`",
-            ),
-            key("length", Kind::Quantity(Length, SIZE)).means(
-                "at least that of the head: from the tip to the flat end of a body with a `radius`; gives it a mass by \
-                 `density` or `material`",
-            ),
-        ],
+    section! { "indenter";
+        shape: Name(&SHAPES), required() => "shape of the head, f(r)";
+        radius: EXTENT, left_out("unbounded; sphere: whole; profile: last point") =>
+            "radius of the body; required by flat; at most `nose_radius` of a sphere";
+        diameter: EXTENT, only(SPHERE), not_beside(&["nose_radius"]) =>
+            "2ρ, in place of `nose_radius`; in `--set` and `--vary` either takes the place of the other";
+        diameter: EXTENT, only(Shapes(&["flat", "paraboloid", "cone", "profile"])), not_beside(&["radius"]) =>
+            "of the body, in place of `radius`; likewise";
+        edge_radius: Quantity(Length, FROM_ZERO), default("0.0"), only(Shapes(&["flat"])) =>
+            "radius e of the corner, f = e − √(e² − (r − R + e)²)";
+        nose_radius: EXTENT, left_out("required"), only(Shapes(&["paraboloid", "sphere"])) =>
+            "ρ of f = r²/(2ρ), and of f = ρ − √(ρ² − r²)";
+        slope: Number(SIZE, "1"), left_out("required, or `half_angle`"), only(CONE), not_beside(&["half_angle"]) => "df/dr";
+        half_angle: Number(Bounds::between(0.0, 90.0), "degrees"), only(CONE) => "angle from the axis, in place of `slope`";
+        file: Text("the path of a CSV file with columns r, f"), left_out("required, or `points`"), only(PROFILE), not_beside(&["points"]) =>
+            "columns r, f, the tip 0, 0 first; physical: `r [mm],f [mm]` in the heading";
+        points: list(&Pair(&[LENGTH, LENGTH]), "points", MAX_LIST), only(PROFILE) =>
+            "pairs `[r, f]`, the tip 0, 0 first, in place of `file`";
+        mass: Quantity(Mass, Bounds::within(TINY, 1e12).or_infinite()), default("inf"), not_beside(&["density", "length"]) =>
+            "with finite mass the body slows down and rebounds; infinite with prescribed contact";
+        density: Quantity(Density, SIZE), not_beside(&["material"]) =>
+            "gives a whole sphere, or a body with a `length`, its mass, instead of `mass` or `material`";
+        material: Preset, only(Physical) =>
+            "instead of `density`, unless `mass` is given, and says how rigid the indenter is; names: `percuss materials`";
+        body: NameOr(&["rigid", "elastic"], &BODY), left_out("rigid"), only(ELASTIC) =>
+            "elastic: the body gives, a cylinder of the indenter's material and radius, as long as its mass asks, with the head as the gap \
+             over its face; or the table `[indenter.body]`";
+        length: EXTENT =>
+            "at least that of the head: from the tip to the flat end of a body with a `radius`; gives it a mass by `density` or `material`";
     },
-    Section {
-        path: "impact",
-        keys: &[
-            key("velocity", Kind::Quantity(Speed, SIZE))
-                .default("1.0")
-                .only(Who::Dimensionless)
-                .means("V0"),
-            // a physical case must state V0: c_p is no sensible default
-            key("velocity", Kind::Quantity(Speed, SIZE))
-                .left_out("required, or `drop`")
-                .only(Who::Physical)
-                .not_beside(&["drop"])
-                .means("V0"),
-            key("drop", Kind::Quantity(Length, Bounds::within(TINY * TINY, HUGE * HUGE))).only(Who::Physical).means(
-                "height h of a fall, V0 = √(2gh) with g = 9.80665 m/s², in place of `velocity`; in `--set` and `--vary` either \
-                 takes the place of the other",
-            ),
-            key("contact", Kind::Name(&["unilateral", "bilateral", "prescribed"]))
-                .default("\"unilateral\"")
-                .means(
-                    "bilateral is glued, for a flat face with a sharp edge; prescribed gives the motion of the surface",
-                ),
-        ],
+    section! { "impact";
+        velocity: Quantity(Speed, SIZE), default("1.0"), only(Dimensionless) => "V0";
+        // a physical case must state V0: c_p is no sensible default
+        velocity: Quantity(Speed, SIZE), left_out("required, or `drop`"), only(Physical), not_beside(&["drop"]) => "V0";
+        drop: Quantity(Length, Bounds::within(TINY * TINY, HUGE * HUGE)), only(Physical) =>
+            "height h of a fall, V0 = √(2gh) with g = 9.80665 m/s², in place of `velocity`; in `--set` and `--vary` either takes the place of \
+             the other";
+        contact: Name(&["unilateral", "bilateral", "prescribed"]), default("\"unilateral\"") =>
+            "bilateral is glued, for a flat face with a sharp edge; prescribed gives the motion of the surface";
     },
-    Section {
-        path: LOAD,
-        keys: &[
-            key("radius", Kind::Quantity(Length, SIZE))
-                .left_out("the load is on a point, one cell of the mesh")
-                .means("of the disc that is loaded, in the plane half the width of a strip"),
-            key("distribution", Kind::Name(&["uniform", "hertz"]))
-                .default("\"uniform\"")
-                .means("of the pressure; hertz: √(1 − r²/a²)"),
-            key("force", Kind::Table(&FORCE)).required().means("`[load.force]`"),
-        ],
+    section! { LOAD;
+        radius: EXTENT, left_out("the load is on a point, one cell of the mesh") =>
+            "of the disc that is loaded, in the plane half the width of a strip";
+        distribution: Name(&["uniform", "hertz"]), default("\"uniform\"") => "of the pressure; hertz: √(1 − r²/a²)";
+        force: Table(&FORCE), required() => "`[load.force]`";
     },
-    Section {
-        path: "mesh",
-        keys: &[
-            key("kind", Kind::Name(&["matched", "paper"]))
-                .default("\"matched\"")
-                .means("paper: r_i = i·Δr, Δr = Δz; for the simplified theory on one layer with a rigid back"),
-            key("cells", Kind::Count(2, 1_000_000, "1"))
-                .left_out("100, or by `contact_cells`")
-                .not_beside(&["contact_cells"])
-                .means("nodes across the radius or unit length, all cells alike; on the paper's mesh 1/Δz"),
-            key("contact_cells", Kind::Count(8, 10_000, "1"))
-                .left_out("20 for a physical case without `cells` whose head spreads its contact")
-                .only(ELASTIC)
-                .means(
-                    "cells across the diameter of the largest contact, which Hertz estimates, under a flat punch across the punch; the \
-                     mesh is graded: beyond the contact cells grow. In `--set` and `--vary` it takes the place of `cells`, and `cells` \
-                     that of it",
-                ),
-            key("grading", Kind::Number(Bounds::within(1.0, 2.0), "1"))
-                .left_out("1.05")
-                .only(ELASTIC)
-                .means("of a graded mesh: ratio of neighbouring cells beyond the near zone; 1 for none"),
-            key("near_radius", Kind::Quantity(Length, SIZE))
-                .left_out("1.5 of the largest contact radius")
-                .only(ELASTIC)
-                .means("of a graded mesh: cells are alike out to here"),
-            key("near_depth", Kind::Quantity(Length, SIZE))
-                .left_out("1.5 of the largest contact radius")
-                .only(ELASTIC)
-                .means("of a graded mesh: cells are alike down to here"),
-            key("largest_cell", Kind::Quantity(Length, SIZE.or_infinite()))
-                .left_out("inf; along z c_s/40 of the time of contact by Hertz")
-                .only(ELASTIC)
-                .means("of a graded mesh: cells grow no further"),
-            key("order", Kind::Choice(&[4, 2]))
-                .default("4")
-                .only(RAKHMATULIN)
-                .means("order of accuracy for oblique waves; the paper's mesh has 2"),
-            key("damping", Kind::Number(Bounds::within(0.0, scheme::LARGEST_DAMPING), "1"))
-                .default("1.0")
-                .only(RAKHMATULIN)
-                .means("of oblique waves that the mesh does not resolve; the paper's mesh has none"),
-            key("damping", Kind::Number(Bounds::within(0.0, elastic::LARGEST_DAMPING), "1"))
-                .left_out("0.5, less where that is not stable")
-                .only(ELASTIC)
-                .means(
-                    "of waves along r that the mesh does not resolve, which moving edges of contact excite. It is 0 for fronts \
-                     along z and falls with the fifth power of the wave number; above c_s/c_p = 0.82 less of it is stable. 0.8 \
-                     halves what noise is left over soft targets (c_s/c_p ≤ 0.3); surface waves of few nodes are best \
-                     computed without",
-                ),
-            key("outer_radius", Kind::Quantity(Length, SIZE))
-                .left_out("derived")
-                .means("beyond the reach of waves; a contact that gets there is an error"),
-        ],
+    section! { "mesh";
+        kind: Name(&["matched", "paper"]), default("\"matched\"") =>
+            "paper: r_i = i·Δr, Δr = Δz; for the simplified theory on one layer with a rigid back";
+        cells: Count(2, 1_000_000, "1"), left_out("100, or by `contact_cells`"), not_beside(&["contact_cells"]) =>
+            "nodes across the radius or unit length, all cells alike; on the paper's mesh 1/Δz";
+        contact_cells: Count(8, 10_000, "1"), left_out("20 for a physical case without `cells` whose head spreads its contact"), only(ELASTIC) =>
+            "cells across the diameter of the largest contact, which Hertz estimates, under a flat punch across the punch; the mesh is graded: \
+             beyond the contact cells grow. In `--set` and `--vary` it takes the place of `cells`, and `cells` that of it";
+        grading: Number(Bounds::within(1.0, 2.0), "1"), left_out("1.05"), only(ELASTIC) =>
+            "of a graded mesh: ratio of neighbouring cells beyond the near zone; 1 for none";
+        near_radius: EXTENT, left_out("1.5 of the largest contact radius"), only(ELASTIC) =>
+            "of a graded mesh: cells are alike out to here";
+        near_depth: EXTENT, left_out("1.5 of the largest contact radius"), only(ELASTIC) =>
+            "of a graded mesh: cells are alike down to here";
+        largest_cell: Quantity(Length, SIZE.or_infinite()), left_out("inf; along z c_s/40 of the time of contact by Hertz"), only(ELASTIC) =>
+            "of a graded mesh: cells grow no further";
+        order: Choice(&[4, 2]), default("4"), only(RAKHMATULIN) => "order of accuracy for oblique waves; the paper's mesh has 2";
+        damping: Number(Bounds::within(0.0, scheme::LARGEST_DAMPING), "1"), default("1.0"), only(RAKHMATULIN) =>
+            "of oblique waves that the mesh does not resolve; the paper's mesh has none";
+        damping: Number(Bounds::within(0.0, elastic::LARGEST_DAMPING), "1"), left_out("0.5, less where that is not stable"), only(ELASTIC) =>
+            "of waves along r that the mesh does not resolve, which moving edges of contact excite. It is 0 for fronts along z and falls with \
+             the fifth power of the wave number; above c_s/c_p = 0.82 less of it is stable. 0.8 halves what noise is left over soft targets \
+             (c_s/c_p ≤ 0.3); surface waves of few nodes are best computed without";
+        outer_radius: EXTENT, left_out("derived") => "beyond the reach of waves; a contact that gets there is an error";
     },
-    Section {
-        path: "run",
-        keys: &[
-            key("end_time", Kind::Quantity(Time, Bounds::above(0.0, 1e12)))
-                .required()
-                .means("time at the last step, but for rounding to whole steps"),
-            key("stop", Kind::Name(&["never", "extension", "separation"])).default("\"never\"").means(
-                "ends the run earlier: where the interface needs tension (under a rounded head: once the contact is seen to \
-                 have turned back), or when the indenter has left (V ≤ 0, no contact for Δr/c_s)",
-            ),
-            key("bounces", Kind::Count(1, 1000, "1")).left_out("1").only(Who::Physical).means(
-                "number of impacts of a whole sphere that `percuss run` computes one after the other, each with the velocity of the \
-                 rebound before; needs `stop` = \"separation\"",
-            ),
-            key("checkpoint_every", Kind::Number(Bounds::within(0.0, 1e9), "s")).left_out("600").means(
-                "wall time from one checkpoint to the next, 0 for none; `percuss run --resume` continues from them",
-            ),
-        ],
+    section! { "run";
+        end_time: Quantity(Time, Bounds::above(0.0, 1e12)), required() =>
+            "time at the last step, but for rounding to whole steps";
+        stop: Name(&["never", "extension", "separation"]), default("\"never\"") =>
+            "ends the run earlier: where the interface needs tension (under a rounded head: once the contact is seen to have turned back), or \
+             when the indenter has left (V ≤ 0, no contact for Δr/c_s)";
+        bounces: Count(1, 1000, "1"), left_out("1"), only(Physical) =>
+            "number of impacts of a whole sphere that `percuss run` computes one after the other, each with the velocity of the rebound \
+             before; needs `stop` = \"separation\"";
+        checkpoint_every: Number(Bounds::within(0.0, 1e9), "s"), left_out("600") =>
+            "wall time from one checkpoint to the next, 0 for none; `percuss run --resume` continues from them";
     },
-    Section {
-        path: "record",
-        keys: &[
-            key("interface_every", Kind::Count(1, 1_000_000_000, "steps"))
-                .default("1")
-                .means("steps between messages of interface stress and lines; the last step has one too"),
-            key("probes", list(&LENGTH, "radii", MAX_LIST)).left_out("derived").means(
-                "radii at which `/probes` has the interface stress, in every step; by default 0, 0.5, 0.9, 0.95 and 0.99 of \
-                 the largest contact radius, estimated from V0·`end_time`, of a ball of finite mass from Hertz",
-            ),
-            key("layer_tension", Kind::Quantity(Stress, SIZE)).left_out("derived").means(
-                "of targets and indenters of layers: tension of an interface from which on it is an event, `LAYER_TENSION`; by default a \
-                 hundredth of Z·V0 of the struck layer. The largest tension and shear of every interface are recorded \
-                 whatever it is",
-            ),
-            key("points", list(&Kind::Pair(&[LENGTH, DEPTH]), "points", 10_000))
-                .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step; z < 0 is in an indenter that gives"),
-            key("lines", list(&Kind::Line, "lines", 100)).means("stress along them, on `/line/0`, …"),
-            key("sensor", Kind::Tables).means(
-                "sensors on the faces, 100 at most: mean displacement or velocity over a disc, on `/sensor/0`, …, in every step",
-            ),
-            key("fields", list(&Kind::Name(&Field::NAMES), "fields", MAX_LIST)).default("[\"stress\"]").means(
-                "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is \
-                 −σ_zz, `pressure` the mean of the normal ones; `damage_ratio`, of layers with a strength that is known, the largest ratio of \
-                 a stress to it: of von Mises to yield_strength, of the first principal one to tensile_strength",
-            ),
-            key("r_max", Kind::Quantity(Length, SIZE.or_infinite())).left_out("derived").means(
-                "fields, pictures and lines along r reach to this radius, inf: to that of the mesh; by default to the largest \
-                 contact radius and as much again beside it, or three thicknesses if that is more: what the back and the \
-                 surface return to the contact is inside. A half-space is shown whole. No number changes by it",
-            ),
-            key("field_every", Kind::Count(1, 1_000_000, "nodes")).left_out("derived").means(
-                "fields have every so many nodes along r and z; by default so that the moved part of a field stays within \
-                 16 MiB in all frames together, but keeps 50 of the `cells`",
-            ),
-            key("views", list(&Kind::Name(&VIEWS), "views", MAX_LIST))
-                .default("[\"field\", \"image\", \"scene\", \"fronts\", \"tf\", \"profile\"]")
-                .means("channels for viewers; `[]` for none"),
-            key("frames", Kind::Count(0, 1_000_000, "1"))
-                .default("200")
-                .not_beside(&["frame_times"])
-                .means("number of frames, which show fields, energy and views, spread evenly over the run"),
-            key("frame_times", list(&Kind::Quantity(Time, Bounds::within(0.0, 1e12)), "times", MAX_LIST))
-                .means("frames at the steps nearest to these times and at the last one, in place of `frames`"),
-            key("compression", Kind::Name(&["none", "lz4", "zstd"])).default("\"zstd\"").means("of the recording"),
-            key("playback_rate", Kind::Number(Bounds::within(1e-9, 1e12), "s"))
-                .left_out("1; physical: a power of ten that plays 2 to 20 s")
-                .means("seconds of log time per unit of time, in physical cases per second"),
-        ],
+    section! { "record";
+        interface_every: Count(1, 1_000_000_000, "steps"), default("1") =>
+            "steps between messages of interface stress and lines; the last step has one too";
+        probes: list(&LENGTH, "radii", MAX_LIST), left_out("derived") =>
+            "radii at which `/probes` has the interface stress, in every step; by default 0, 0.5, 0.9, 0.95 and 0.99 of the largest contact \
+             radius, estimated from V0·`end_time`, of a ball of finite mass from Hertz";
+        layer_tension: Quantity(Stress, SIZE), left_out("derived") =>
+            "of targets and indenters of layers: tension of an interface from which on it is an event, `LAYER_TENSION`; by default a hundredth \
+             of Z·V0 of the struck layer. The largest tension and shear of every interface are recorded whatever it is";
+        points: list(&Pair(&[LENGTH, DEPTH]), "points", 10_000) =>
+            "`[r, z]`: displacement, velocity and stress on `/points`, in every step; z < 0 is in an indenter that gives";
+        lines: list(&Line, "lines", 100) => "stress along them, on `/line/0`, …";
+        sensor: Tables(&SENSOR, "sensors", 100) =>
+            "sensors on the faces, 100 at most: mean displacement or velocity over a disc, on `/sensor/0`, …, in every step";
+        fields: list(&Name(&Field::NAMES), "fields", MAX_LIST), default("[\"stress\"]") =>
+            "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is −σ_zz, `pressure` \
+             the mean of the normal ones; `damage_ratio`, of layers with a strength that is known, the largest ratio of a stress to it: of von \
+             Mises to yield_strength, of the first principal one to tensile_strength";
+        r_max: Quantity(Length, SIZE.or_infinite()), left_out("derived") =>
+            "fields, pictures and lines along r reach to this radius, inf: to that of the mesh; by default to the largest contact radius and \
+             as much again beside it, or three thicknesses if that is more: what the back and the surface return to the contact is inside. A \
+             half-space is shown whole. No number changes by it";
+        field_every: Count(1, 1_000_000, "nodes"), left_out("derived") =>
+            "fields have every so many nodes along r and z; by default so that the moved part of a field stays within 16 MiB in all frames \
+             together, but keeps 50 of the `cells`";
+        views: list(&Name(&VIEWS), "views", MAX_LIST), default("[\"field\", \"image\", \"scene\", \"fronts\", \"tf\", \"profile\"]") =>
+            "channels for viewers; `[]` for none";
+        frames: Count(0, 1_000_000, "1"), default("200"), not_beside(&["frame_times"]) =>
+            "number of frames, which show fields, energy and views, spread evenly over the run";
+        frame_times: list(&TIMES, "times", MAX_LIST) =>
+            "frames at the steps nearest to these times and at the last one, in place of `frames`";
+        compression: Name(&["none", "lz4", "zstd"]), default("\"zstd\"") => "of the recording";
+        playback_rate: Number(Bounds::within(1e-9, 1e12), "s"), left_out("1; physical: a power of ten that plays 2 to 20 s") =>
+            "seconds of log time per unit of time, in physical cases per second";
     },
 ];
 
@@ -611,7 +458,7 @@ impl Kind {
     pub fn allowed(&self, system: &System) -> String {
         match self {
             Self::Text(what) => (*what).into(),
-            Self::Name(names) => names.join(", "),
+            Self::Name(names) | Self::NameOr(names, _) => names.join(", "),
             Self::Choice(numbers) => numbers.iter().map(i64::to_string).collect::<Vec<_>>().join(", "),
             Self::Count(low, high, _) => format!("a whole number from {low} to {high}"),
             Self::Number(bounds, _) => bounds.to_string(),
@@ -629,7 +476,7 @@ impl Kind {
                 format!("a table, {{ {} }}", keys.join(", "))
             }
             Self::Preset => "the name of a material".into(),
-            Self::Tables => "a list of tables".into(),
+            Self::Tables(..) => "a list of tables".into(),
         }
     }
 

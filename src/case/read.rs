@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::{
-    Body, Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Sizes, Target,
+    Body, Case, CaseBuilder, CaseErrors, Frames, Parameters, Record, Run, Sizes, Target,
     bounds::Bounds,
     document::Document,
     gauges, grading, indenter,
-    keys::SIZE,
+    keys::{BODY, SIZE},
     load, sensors, striker,
     system::Numbers,
     target,
@@ -16,7 +16,7 @@ use super::{
 use crate::{
     contact::load::Load,
     geometry::Geometry,
-    grid::MeshKind,
+    grid::{Back, MeshKind},
     material::Strengths,
     model::{Field, elastic},
     units::{Dimension, STANDARD_GRAVITY},
@@ -49,7 +49,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     };
     if let (Some(indenter), Some(target)) = (&mut indenter, &target) {
         indenter.striker = striker::striker(&mut values, indenter, target);
-        if let Some(striker) = indenter.striker.as_ref().filter(|_| values.striker_layers.is_some()) {
+        if let Some(striker) = indenter.striker.as_ref().filter(|_| values.is_table(BODY.path)) {
             indenter.mass = striker.mass(values.system.geometry);
         }
     }
@@ -69,19 +69,10 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             indenter,
             impact: match load {
                 Some(_) => Load::impact(),
-                None => Impact {
-                    velocity: values.number("impact.velocity")?,
-                    contact: values.get("impact.contact")?,
-                },
+                None => values.section("impact"),
             },
             load,
-            mesh: Mesh {
-                kind: values.get("mesh.kind")?,
-                cells: values.get("mesh.cells").unwrap_or_default(),
-                grading: None,
-                order: values.get("mesh.order"),
-                damping: values.number("mesh.damping")?,
-            },
+            mesh: values.section("mesh"),
             run: Run {
                 end_time: values.number("run.end_time")?,
                 stop: values.get("run.stop")?,
@@ -184,7 +175,7 @@ fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option
 /// * `indenter`: likewise
 fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
     let is_single = target.is_some_and(|target| target.layers.len() < 2);
-    if values.is_given("record.layer_tension") && is_single && values.striker_layers.unwrap_or(1) < 2 {
+    if values.is_given("record.layer_tension") && is_single && values.layer_paths(BODY.path).len() < 2 {
         let message = "`record.layer_tension` is of the interfaces of several layers, and the target has one";
         values.problem("record.layer_tension", message, "leave it out, or give target.layer");
     }
@@ -282,6 +273,24 @@ impl Parameters {
         if !values.is_given("record.field_every") {
             self.record.field_every = self.default_field_every();
             values.set("record.field_every", self.record.field_every as i64);
+        }
+        // what stands for nothing, or, as the mass of layers, follows from other keys
+        let Self { target, record, .. } = self;
+        for (name, is_silent) in [
+            ("indenter.mass", values.is_table(BODY.path)),
+            ("indenter.body.layer.1.bond", true),
+            ("target.layer", target.layers.len() == 1),
+            ("target.layer.1.bond", true),
+            ("target.back", target.back == Back::Rigid),
+            ("target.rim", target.radius.is_none()),
+            ("run.bounces", self.run.bounces == 1),
+            ("record.layer_tension", self.sizes.interfaces() == [0; 2]),
+            ("record.points", record.points.is_empty()),
+            ("record.lines", record.lines.is_empty()),
+        ] {
+            if is_silent {
+                values.checked.remove(name);
+            }
         }
     }
 

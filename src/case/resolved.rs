@@ -8,13 +8,11 @@ use toml::Value;
 
 use super::{
     Parameters,
-    keys::{
-        BODY, BODY_BACK, BOND_STRENGTH, FORCE, Kind, LAYER, LOAD, MATERIAL, OF_INDENTER, ROOT, SECTIONS,
-        SENSOR, Section,
-    },
+    keys::{Kind, LOAD, MATERIAL, OF_INDENTER, ROOT, SECTIONS, Section},
     system::{Numbers, System},
+    values::join,
 };
-use crate::{grid::Back, units::Dimension};
+use crate::units::Dimension;
 
 /// A part of a case file, in the order of the table of keys.
 enum Part {
@@ -54,58 +52,24 @@ fn written(value: &Value, kind: &Kind, system: &System) -> Value {
 }
 
 impl Parameters {
-    /// The values of a section that say something.
+    /// The values of a section.
     fn section(&self, section: &Section, path: &str) -> Part {
         let system = section.system(self.system());
-        let has_body = self.resolved.contains_key("indenter.body.layer.1.thickness");
-        let mut entries = Vec::new();
-        for name in section.names() {
-            let row = section.keys.iter().find(|row| row.name == name);
-            let full = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-            let value = self.resolved.get(&full).zip(row);
-            let part = match (full.as_str(), value) {
-                ("target.layer", _) if self.target.layers.len() > 1 => {
-                    let layers = (1..=self.target.layers.len()).map(|number| format!("{full}.{number}"));
-                    Some(Part::List(layers.map(|layer| self.section(&LAYER, &layer)).collect()))
+        let part = |name: &'static str| {
+            let full = join(path, name);
+            let kind = &section.keys.iter().find(|row| row.name == name)?.kind;
+            let part = match (kind, self.resolved.get(&full)?) {
+                (Kind::Tables(of, ..), Value::Array(list)) => {
+                    let tables = (1..=list.len()).map(|number| format!("{full}.{number}"));
+                    Part::List(tables.map(|table| self.section(of, &table)).collect())
                 }
-                ("indenter.body.layer", _) => {
-                    let count = self.indenter.striker.as_ref().map_or(0, |striker| striker.body.layers.len());
-                    let layers = (1..=count).map(|number| format!("{full}.{number}"));
-                    Some(Part::List(layers.map(|layer| self.section(&LAYER, &layer)).collect()))
-                }
-                ("indenter.body", None) if has_body => {
-                    let Part::Table(mut body) = self.section(&BODY, &full) else { unreachable!("a table") };
-                    let has_weight = self.resolved.contains_key("indenter.body.back.mass");
-                    body.extend(has_weight.then(|| ("back", self.section(&BODY_BACK, BODY_BACK.path))));
-                    Some(Part::Table(body))
-                }
-                ("load.force", _) => Some(self.section(&FORCE, &full)),
-                ("record.sensor", _) if !self.record.sensors.is_empty() => {
-                    let sensors = (1..=self.record.sensors.len()).map(|number| format!("{full}.{number}"));
-                    Some(Part::List(sensors.map(|sensor| self.section(&SENSOR, &sensor)).collect()))
-                }
-                // that of the layers
-                ("indenter.mass", _) if has_body => None,
-                (_, None) if name == "material" => {
-                    let is_there = self.resolved.contains_key(&format!("{full}.density"));
-                    is_there.then(|| self.section(&MATERIAL, &full))
-                }
-                (_, None) if name == "bond_strength" => {
-                    let is_there = self.resolved.contains_key(&format!("{full}.normal"));
-                    is_there.then(|| self.section(&BOND_STRENGTH, &full))
-                }
-                // what stands for nothing
-                ("target.back", _) if self.target.back == Back::Rigid => None,
-                ("target.rim", _) if self.target.radius.is_none() => None,
-                ("run.bounces", _) if self.run.bounces == 1 => None,
-                ("target.layer.1.bond" | "indenter.body.layer.1.bond", _) => None,
-                ("record.layer_tension", _) if self.sizes.interfaces() == [0; 2] => None,
-                ("record.points" | "record.lines", Some((Value::Array(list), _))) if list.is_empty() => None,
-                (_, value) => value.map(|(value, row)| Part::Value(written(value, &row.kind, &system))),
+                (Kind::Table(of) | Kind::NameOr(_, of), Value::Table(_)) => self.section(of, &full),
+                (Kind::Material, _) => self.section(&MATERIAL, &full),
+                (kind, value) => Part::Value(written(value, kind, &system)),
             };
-            entries.extend(part.map(|part| (name, part)));
-        }
-        Part::Table(entries)
+            Some((name, part))
+        };
+        Part::Table(section.names().into_iter().filter_map(part).collect())
     }
 
     /// The case.

@@ -6,8 +6,8 @@ use toml::{
 };
 
 use super::{
-    document::text,
-    keys::{Kind, LENGTH_UNIT, LOAD, MATERIAL},
+    document::{table, text},
+    keys::{Kind, LENGTH_UNIT, LOAD, MATERIAL, MAX_LAYERS},
     quantity,
     rows::LARGEST_CHANGE,
     system::{Numbers, System},
@@ -22,71 +22,77 @@ use crate::{
 
 impl<'d> Values<'d> {
     /// Dimensionless or physical: as the struck layer has a ratio of wave speeds or a material, whose scales are read first.
-    ///
-    /// * `path`: of the struck layer
-    /// * `presses`: section of the indenter, or of the load
-    pub fn choose_system(
-        &mut self,
-        root: &mut DeTable<'d>,
-        struck: &mut DeTable<'d>,
-        path: &str,
-        presses: &DeTable<'_>,
-    ) {
-        match ["shear_wave_speed", "material"].map(|key| struck.contains_key(key)) {
-            [true, false] => self.system.numbers = Numbers::Dimensionless,
-            [false, true] => self.system.numbers = Numbers::Physical,
-            _ => {}
-        }
-        if self.system.numbers != Numbers::Physical {
-            return;
-        }
-        let name = join(path, "material");
+    pub fn choose_system(&mut self, root: &mut DeTable<'d>) {
+        let Some(DeValue::Table(target)) = root.get_mut("target").map(Spanned::get_mut) else { return };
+        let (struck, path) = match target.contains_key("layer") {
+            true => {
+                let Some(DeValue::Array(layers)) = target.get_mut("layer").map(Spanned::get_mut) else {
+                    return;
+                };
+                if layers.len() > MAX_LAYERS {
+                    return;
+                }
+                for (number, layer) in (1..).zip(layers.iter()) {
+                    self.mark(&format!("target.layer.{number}"), layer.span());
+                }
+                let Some(DeValue::Table(struck)) = layers.first_mut().map(Spanned::get_mut) else { return };
+                (struck, "target.layer.1")
+            }
+            false => (target, "target"),
+        };
+        self.system.numbers = match ["shear_wave_speed", "material"].map(|key| struck.contains_key(key)) {
+            [true, false] => Numbers::Dimensionless,
+            [false, true] => Numbers::Physical,
+            _ => return,
+        };
         let Some(material) = struck.remove("material") else { return };
+        let name = join(path, "material");
         self.mark(&name, material.span());
         self.read_material(&name, &material);
-        let length = self.read_length_unit(root, presses);
+        let length = self.read_length_unit(root);
         let elastic = self.elastic(&name);
         let sound = elastic.filter(|elastic| elastic.stiffness().slowness() < self.largest_ratio());
-        let speed = sound.map(|elastic| (elastic.wave_speeds(), elastic.density));
-        let geometry = self.system.geometry;
-        self.system.scales = length.zip(speed).map(|(length, ((speed, _), density))| Scales {
-            geometry,
+        self.system.scales = length.zip(sound).map(|(length, elastic)| Scales {
+            geometry: self.system.geometry,
             length,
-            speed,
-            density,
+            speed: elastic.wave_speeds().0,
+            density: elastic.density,
         });
     }
 
     /// Bound of c_s/c_p: in the full theory the bulk modulus is positive, c_s²/c_p² < 3/4. Where wave speeds of layers are changed,
     /// after the change.
     pub fn largest_ratio(&self) -> f64 {
-        let change = if self.layers.is_some_and(|layers| layers > 1) { LARGEST_CHANGE } else { 0.0 };
+        let change = if self.is_given("target.layer.2") { LARGEST_CHANGE } else { 0.0 };
         if self.model.has_shear() { 0.75f64.sqrt() / (1.0 + change) } else { 1.0 }
     }
 
     /// The unit of length of a physical case \[m\]: that of its indenter or load, else a key of its own.
-    fn read_length_unit(&mut self, root: &mut DeTable<'d>, presses: &DeTable<'_>) -> Option<f64> {
-        let own = ["radius", "diameter", "nose_radius"].into_iter().find(|key| presses.contains_key(*key));
-        let section = if self.is_loaded { LOAD } else { "indenter" };
+    fn read_length_unit(&mut self, root: &mut DeTable<'d>) -> Option<f64> {
         let given = root.remove("length_unit");
+        let section = if self.is_loaded { LOAD } else { "indenter" };
+        let presses = table(root, section);
+        let own = ["radius", "diameter", "nose_radius"]
+            .into_iter()
+            .find_map(|key| Some((key, presses?, presses?.get(key)?.span())));
         if let Some(value) = &given {
             self.mark("length_unit", value.span());
         }
         match (own, given) {
-            (Some(own), Some(_)) => {
+            (Some((own, ..)), Some(_)) => {
                 let message = format!(" is given, but {section}.{own} is the unit of length");
                 self.refuse("length_unit", &message, "leave length_unit out");
                 None
             }
             // what is wrong with it is reported where it is read
-            (Some(own), None) => {
+            (Some((own, presses, place)), None) => {
                 let written = text(presses, own)?;
                 let si = quantity::parse(written, Dimension::Length, self.system.geometry).ok();
                 let length = si.filter(|si| *si > 0.0)? / if own == "diameter" { 2.0 } else { 1.0 };
                 if !LENGTH_UNIT.contain(length) {
                     let message = format!("`{section}.{own}` = \"{written}\" cannot be the unit of length");
                     let help = format!("allowed: {}", LENGTH_UNIT.in_unit(1.0, "m"));
-                    self.document.problem(presses.get(own).map_or(0..0, Spanned::span), message, help);
+                    self.document.problem(place, message, help);
                 }
                 Some(length).filter(|length| LENGTH_UNIT.contain(*length))
             }
@@ -116,6 +122,7 @@ impl<'d> Values<'d> {
 
     /// Reads a material, by name or by its constants.
     pub fn read_material(&mut self, path: &str, value: &Spanned<DeValue<'d>>) {
+        self.checked.insert(path.into(), Value::Table(toml::Table::new()));
         if let DeValue::Table(table) = value.get_ref() {
             self.read_section(&MATERIAL, path, table.clone());
             return self.check_constants(path);

@@ -23,7 +23,7 @@ const RADII: usize = 32;
 const ROUNDING: f64 = 1e-9;
 
 /// A sensor on a face: what it shows is a mean over a disc.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Sensor {
     /// Radius of its middle \[R\].
     pub r: f64,
@@ -66,22 +66,13 @@ fn name(number: usize, key: &str) -> String {
 
 /// All sensors, of sound values.
 pub(super) fn sensors(values: &Values<'_>) -> Vec<Sensor> {
-    let sensor = |number| {
-        let band: Option<Vec<f64>> = values.get(&name(number, "band"));
-        Some(Sensor {
-            r: values.number(&name(number, "r"))?,
-            face: values.get(&name(number, "face"))?,
-            aperture: values.number(&name(number, "aperture"))?,
-            quantity: values.get(&name(number, "quantity"))?,
-            band: band.and_then(|corners| corners.try_into().ok()),
-        })
-    };
-    (1..=values.sensors).filter_map(sensor).collect()
+    let count = values.count(SENSOR.path).unwrap_or(0);
+    (1..=count).map(|number| values.section(&format!("{}.{number}", SENSOR.path))).collect()
 }
 
 /// Notes sensors that are beyond the target, or where nothing moves, and bands that are none.
 pub(super) fn check(values: &Values<'_>, target: Option<&Target>) {
-    for number in 1..=values.sensors {
+    for number in 1..=values.count(SENSOR.path).unwrap_or(0) {
         let key = name(number, "face");
         let has_back = target.filter(|_| values.get(&key) == Some(Face::Back));
         if has_back.is_some_and(|target| target.thickness.is_none()) {

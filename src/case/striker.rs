@@ -1,11 +1,6 @@
 //! An indenter that gives, `indenter.body`: in short, or with layers of its own.
 
-use super::{
-    Body, Striker, Target, TargetLayer,
-    keys::BODY,
-    target::{self, Stack},
-    values::Values,
-};
+use super::{Body, Striker, Target, TargetLayer, keys::BODY, target, values::Values};
 use crate::{
     contact::Rule,
     geometry::Geometry,
@@ -18,7 +13,7 @@ use crate::{
 /// * `indenter`: head, radius, mass and material
 /// * `target`: what it strikes
 pub(super) fn striker(values: &mut Values<'_>, indenter: &Body, target: &Target) -> Option<Striker> {
-    let has_layers = values.striker_layers.is_some();
+    let has_layers = values.is_table(BODY.path);
     if !has_layers && values.get::<String>("indenter.body").as_deref() != Some("elastic") {
         return None;
     }
@@ -34,9 +29,11 @@ pub(super) fn striker(values: &mut Values<'_>, indenter: &Body, target: &Target)
     let struck = target.layers.first()?;
     let (layers, weight) = match has_layers {
         true => {
-            let stack = Stack { path: BODY.path, struck: Some(struck), has_free_back: false };
+            let meaning = "its layers, from the nose up, as [[indenter.body.layer]]; or body = \"elastic\"";
+            values.need("indenter.body.layer", meaning);
+            values.count("indenter.body.layer")?;
             let weight = values.number("indenter.body.back.mass");
-            let layers = target::layers(values, &stack)?;
+            let layers = target::layers(values, BODY.path, Some(struck), false)?;
             if weight.is_some() && layers.last()?.thickness.is_none() {
                 let message =
                     "`indenter.body.back` is given, but the last layer is a half-space, which has no back";

@@ -3,14 +3,14 @@
 use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, values::Values};
 use crate::{
     grid::{Back, Bond, Rim},
-    material::{Material, PRESETS, Preset, Stiffness, Waves},
+    material::{Elastic, Material, PRESETS, Preset, Stiffness, Strengths, Waves},
     units::Scales,
 };
 
 /// The target, or the problems with it.
 pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     let has_free_back = values.get("target.back") == Some(Back::Free);
-    let layers = layers(values, &Stack { path: "target", struck: None, has_free_back })?;
+    let layers = layers(values, "target", None, has_free_back)?;
     let (first, count) = (layers.first()?, layers.len());
     let material = Material { shear_wave_speed: first.waves.shear, si: first.si };
     let thickness = layers.iter().map(|layer| layer.thickness).sum();
@@ -29,25 +29,24 @@ pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     Some(Target { thickness, material, layers, back, radius, rim })
 }
 
-/// Layers to be read.
-pub(super) struct Stack<'a> {
-    /// Section that has them.
-    pub path: &'a str,
-    /// The struck layer of the target, whose constants are units, if these are others.
-    pub struck: Option<&'a TargetLayer>,
-    /// True if the last one cannot be a half-space.
-    pub has_free_back: bool,
-}
-
 /// All layers of a body; none after a problem with one.
-pub(super) fn layers(values: &mut Values<'_>, stack: &Stack<'_>) -> Option<Vec<TargetLayer>> {
-    let paths = values.layer_paths(stack.path);
+///
+/// * `body`: section that has them
+/// * `struck`: the struck layer of the target, whose constants are units, if these are others
+/// * `has_free_back`: true if the last one cannot be a half-space
+pub(super) fn layers(
+    values: &mut Values<'_>,
+    body: &str,
+    struck: Option<&TargetLayer>,
+    has_free_back: bool,
+) -> Option<Vec<TargetLayer>> {
+    let paths = values.layer_paths(body);
     let count = paths.len();
-    let (mut layers, mut struck) = (Vec::new(), stack.struck.cloned());
+    let (mut layers, mut struck) = (Vec::new(), struck.cloned());
     for (i, path) in paths.into_iter().enumerate() {
         let constants = constants(values, (i, &path), struck.as_ref());
         check_bond(values, &path, i);
-        check_half_space(values, &format!("{path}.thickness"), i + 1 == count, stack.has_free_back);
+        check_half_space(values, &format!("{path}.thickness"), i + 1 == count, has_free_back);
         struck = struck.or_else(|| constants.clone());
         let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
         let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
@@ -69,19 +68,21 @@ impl TargetLayer {
     pub(super) fn of(preset: &Preset, scales: &Scales) -> Self {
         let si = preset.elastic();
         let (c_p, c_s) = si.wave_speeds();
-        let (density, wave_speed) = (si.density / scales.density, c_p / scales.speed);
-        Self {
-            name: preset.name.into(),
-            thickness: None,
-            si: Some(si),
-            density,
-            wave_speed,
-            waves: Waves { impedance: density * wave_speed, shear: c_s / scales.speed },
-            stiffness: si.stiffness(),
-            bond: Bond::Welded,
-            strengths: preset.strengths,
-            bond_strength: None,
-        }
+        let [wave_speed, shear] = [c_p, c_s].map(|speed| speed / scales.speed);
+        let constants = (si.density / scales.density, wave_speed, shear, si.stiffness());
+        Self::new(preset.name.into(), Some(si), constants, preset.strengths)
+    }
+
+    /// * `density`, `wave_speed`, `shear`: in units of the struck layer
+    fn new(
+        name: String,
+        si: Option<Elastic>,
+        (density, wave_speed, shear, stiffness): (f64, f64, f64, Stiffness),
+        strengths: Strengths,
+    ) -> Self {
+        let waves = Waves { impedance: density * wave_speed, shear };
+        let (thickness, bond, bond_strength) = (None, Bond::Welded, None);
+        Self { name, thickness, si, density, wave_speed, waves, stiffness, bond, strengths, bond_strength }
     }
 }
 
@@ -150,18 +151,9 @@ fn constants(
         }
     };
     let preset = PRESETS.iter().find(|preset| si == Some(preset.elastic()));
-    Some(TargetLayer {
-        name: preset.map_or_else(|| format!("layer {}", i + 1), |preset| preset.name.into()),
-        thickness: None,
-        si,
-        density,
-        wave_speed,
-        waves: Waves { impedance: density * wave_speed, shear },
-        stiffness,
-        bond: Bond::Welded,
-        strengths: values.strengths(&material),
-        bond_strength: None,
-    })
+    let name = preset.map_or_else(|| format!("layer {}", i + 1), |preset| preset.name.into());
+    let constants = (density, wave_speed, shear, stiffness);
+    Some(TargetLayer::new(name, si, constants, values.strengths(&material)))
 }
 
 /// Notes that the struck layer has neither a ratio of wave speeds nor a material.

@@ -14,12 +14,9 @@ use toml::{
 
 use super::{
     CaseErrors,
-    document::{Document, Span, text},
+    document::{Document, Span, table, text},
     errors::is_alike,
-    keys::{
-        Absent, BODY, BODY_BACK, DEPTH, Key, Kind, LAYER, LENGTH, LOAD, MAX_LAYERS, MAX_SENSORS, OF_INDENTER,
-        ROOT, SECTIONS, SENSOR, SHAPES, SIZE, Section, Who,
-    },
+    keys::{Absent, DEPTH, Key, Kind, LENGTH, LOAD, OF_INDENTER, ROOT, SECTIONS, SHAPES, SIZE, Section, Who},
     system::{Numbers, System},
 };
 use crate::{
@@ -39,14 +36,9 @@ pub(super) struct Values<'d> {
     pub model: ModelKind,
     /// Shape of the indenter, if there is such a one.
     pub shape: Option<String>,
-    /// Number of layers, if there is a list of them.
-    pub layers: Option<usize>,
-    /// Number of layers of an indenter that gives, if it has a table.
-    pub striker_layers: Option<usize>,
     /// True for a load in place of an indenter.
     pub is_loaded: bool,
-    /// Number of sensors.
-    pub sensors: usize,
+    /// Of a table there is an empty one, of a list of tables one of empty ones.
     pub checked: Checked,
     /// Places of all keys that are given, refused or not, and of sections.
     places: BTreeMap<String, Span>,
@@ -80,159 +72,71 @@ impl<'d> Values<'d> {
         let geometry =
             if text(&root, "geometry") == Some("plane") { Geometry::Plane } else { Geometry::Axisymmetric };
         let model = root.get("model").and_then(plain).and_then(|model| model.try_into().ok());
+        let shape = table(&root, "indenter").and_then(|indenter| text(indenter, "shape"));
         let mut values = Self {
             document,
             system: System { numbers: Numbers::Unclear, geometry, scales: None },
             model: model.unwrap_or_default(),
-            shape: None,
-            layers: None,
-            striker_layers: None,
+            shape: shape.filter(|shape| SHAPES.contains(shape)).map(str::to_owned),
             is_loaded: root.contains_key(LOAD),
-            sensors: 0,
             checked: Checked::new(),
             places: BTreeMap::from([(String::new(), 0..0)]),
         };
-        let mut tables = SECTIONS.each_ref().map(|section| values.take_section(&mut root, section.path));
-        let [target, indenter, _, load, .., record] = &mut tables;
-        values.shape = text(indenter, "shape").filter(|shape| SHAPES.contains(shape)).map(str::to_owned);
-        let body = values.take_body(indenter);
-        let mut layers = values.take_tables(target, "target.layer", (MAX_LAYERS, "layers"));
-        values.layers = layers.as_ref().map(Vec::len);
-        let sensors = values.take_tables(record, SENSOR.path, (MAX_SENSORS, "sensors")).unwrap_or_default();
-        values.sensors = sensors.len();
-        let (struck, path) = match &mut layers {
-            Some(layers) => (layers.first_mut(), "target.layer.1"),
-            None => (Some(target), "target"),
-        };
-        if let Some(struck) = struck {
-            let presses = if values.is_loaded { &*load } else { indenter };
-            values.choose_system(&mut root, struck, path, presses);
-        }
+        values.choose_system(&mut root);
+        let tables = SECTIONS.each_ref().map(|section| (section, root.remove(section.path)));
         values.read_section(&ROOT, "", root);
-        for (section, table) in SECTIONS.iter().zip(tables) {
+        for (section, value) in tables {
             let of_indenter = OF_INDENTER.contains(&section.path);
-            if values.is_loaded && of_indenter && !values.place(section.path).is_empty() {
-                let message = format!("`[{}]` and `[{LOAD}]` are both given", section.path);
-                values.problem(section.path, message, "keep one of them: a load is in place of an indenter");
+            if let Some(value) = &value {
+                values.mark(section.path, value.span());
+                if values.is_loaded && of_indenter {
+                    let message = format!("`[{}]` and `[{LOAD}]` are both given", section.path);
+                    let help = "keep one of them: a load is in place of an indenter";
+                    values.problem(section.path, message, help);
+                }
             }
             let is_absent = if values.is_loaded { of_indenter } else { section.path == LOAD };
-            if !is_absent {
-                values.read_section(section, section.path, table);
+            let (kind, system) = (Kind::Table(section), values.system);
+            let read = |value| values.read_value(&kind, section.path, &value, &system);
+            if !is_absent && value.and_then(read).is_none() {
+                values.read_section(section, section.path, DeTable::new());
             }
-        }
-        for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
-            values.read_section(&LAYER, &format!("target.layer.{number}"), layer);
-        }
-        for (number, sensor) in (1..).zip(sensors) {
-            values.read_section(&SENSOR, &format!("{}.{number}", SENSOR.path), sensor);
-        }
-        if let Some((body, back)) = body {
-            values.read_body(body, back);
         }
         Ok(values)
     }
 
-    /// A table of the top level, an empty one if it is missing.
-    fn take_section(&mut self, root: &mut DeTable<'d>, path: &str) -> DeTable<'d> {
-        let given = root.remove(path).map(|value| (value.span(), value.into_inner()));
-        let place = given.as_ref().map_or(0..0, |(place, _)| place.clone());
-        self.places.insert(path.to_owned(), place.clone());
-        match given {
-            Some((_, DeValue::Table(table))) => return table,
-            Some((_, other)) => {
-                let message = format!("`{path}` is {}, it must be a table", describe(&other));
-                self.document.problem(place, message, format!("write it as [{path}]"));
-            }
-            None => {}
-        }
-        DeTable::new()
-    }
-
-    /// The table of the body of an indenter that gives, and that of its back, if it has one.
-    fn take_body(&mut self, indenter: &mut DeTable<'d>) -> Option<(DeTable<'d>, Option<DeTable<'d>>)> {
-        let value = indenter.get("body")?;
-        let DeValue::Table(body) = value.get_ref() else { return None };
-        self.places.insert(BODY.path.into(), value.span());
-        let mut body = body.clone();
-        indenter.remove("body");
-        let back = body.remove("back").and_then(|back| {
-            self.places.insert(BODY_BACK.path.into(), back.span());
-            match back.into_inner() {
-                DeValue::Table(table) => Some(table),
-                other => {
-                    let message = format!("`indenter.body.back` is {}, it must be a table", describe(&other));
-                    self.problem(BODY_BACK.path, message, "write it as [indenter.body.back]");
-                    None
-                }
-            }
-        });
-        Some((body, back))
-    }
-
-    /// Reads the body of an indenter that gives.
-    fn read_body(&mut self, mut body: DeTable<'d>, back: Option<DeTable<'d>>) {
-        if !self.model.has_shear() {
-            let message = "`indenter.body` needs model = \"elastic\"";
-            self.problem(BODY.path, message, "leave the key out, or set the model");
-        }
-        let path = format!("{}.layer", BODY.path);
-        let layers = self.take_tables(&mut body, &path, (MAX_LAYERS, "layers"));
-        if layers.is_none() {
-            self.need(
-                &path,
-                "its layers, from the nose up, as [[indenter.body.layer]]; or body = \"elastic\"",
-            );
-        }
-        self.striker_layers = Some(layers.as_ref().map_or(0, Vec::len));
-        self.read_section(&BODY, BODY.path, body);
-        for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
-            self.read_section(&LAYER, &format!("{path}.{number}"), layer);
-        }
-        if let Some(back) = back {
-            self.read_section(&BODY_BACK, BODY_BACK.path, back);
-        }
-    }
-
-    /// The tables of a list, if there is one; what is no table is refused.
+    /// Reads the tables of a list; what is no table is refused.
     ///
-    /// * `list`: its full name
     /// * `most`: largest number of tables, and a word for them
-    fn take_tables(
+    fn read_tables(
         &mut self,
-        section: &mut DeTable<'d>,
+        section: &Section,
         list: &str,
         (most, noun): (usize, &str),
-    ) -> Option<Vec<DeTable<'d>>> {
-        let value = section.remove(list.rsplit('.').next()?)?;
-        let place = value.span();
-        self.places.insert(list.into(), place.clone());
-        let mut tables = Vec::new();
-        let refuse = |place, name: &str, form, value: &DeValue<'_>| {
-            let message = format!("`{name}` is {}, it must be {form}", describe(value));
+        value: &Spanned<DeValue<'d>>,
+    ) -> Option<Value> {
+        let refuse = |values: &Self, name: &str, form, value: &Spanned<DeValue<'_>>| {
+            let message = format!("`{name}` is {}, it must be {form}", describe(value.get_ref()));
             let help =
                 format!("write each as [[{list}]]; --set {list}.1.KEY=VALUE changes one that is there");
-            self.document.problem(place, message, help);
+            values.note(value.span(), message, help)
         };
-        match value.into_inner() {
-            DeValue::Array(found) if !(1..=most).contains(&found.len()) => {
-                let message = format!("`{list}` has {} {noun}", found.len());
-                self.document.problem(place, message, format!("allowed: 1 to {most}"));
-            }
-            DeValue::Array(found) => {
-                for (number, value) in (1..).zip(found) {
-                    let (path, place) = (format!("{list}.{number}"), value.span());
-                    match value.into_inner() {
-                        DeValue::Table(table) => {
-                            self.places.insert(path, place);
-                            tables.push(table);
-                        }
-                        other => refuse(place, &path, "a table", &other),
-                    }
-                }
-            }
-            other => refuse(place, list, "a list of tables", &other),
+        let DeValue::Array(found) = value.get_ref() else {
+            return refuse(self, list, "a list of tables", value);
+        };
+        if !(1..=most).contains(&found.len()) {
+            let message = format!("`{list}` has {} {noun}", found.len());
+            return self.note(value.span(), message, format!("allowed: 1 to {most}"));
         }
-        Some(tables)
+        let read = (1..).zip(found).map(|(number, value)| {
+            let path = format!("{list}.{number}");
+            let DeValue::Table(table) = value.get_ref() else { return refuse(self, &path, "a table", value) };
+            self.mark(&path, value.span());
+            self.read_section(section, &path, table.clone());
+            Some(Value::Table(toml::Table::new()))
+        });
+        let read: Vec<_> = read.collect();
+        read.into_iter().collect::<Option<Vec<_>>>().map(Value::Array)
     }
 
     /// Reads the keys of a section, and completes it.
@@ -335,19 +239,29 @@ impl<'d> Values<'d> {
         system: &System,
     ) -> Option<Value> {
         let place = value.span();
-        let given = format!("`{name}` = {}", short(self.document.written(&place)));
-        let read = match (kind, plain(value)) {
+        match (kind, value.get_ref()) {
             (Kind::Material, _) => {
                 if system.numbers != Numbers::Unclear {
                     self.read_material(name, value);
                 }
                 return None;
             }
-            (Kind::Table(section), Some(Value::Table(_))) => {
-                let DeValue::Table(table) = value.get_ref() else { return None };
+            (Kind::Table(section) | Kind::NameOr(_, section), DeValue::Table(table)) => {
                 self.read_section(section, name, table.clone());
-                return None;
+                return Some(Value::Table(toml::Table::new()));
             }
+            // a table in a list has no heading
+            (Kind::Table(section), other) if section.path == name => {
+                let message = format!("`{name}` is {}, it must be a table", describe(other));
+                return self.note(place, message, format!("write it as [{name}]"));
+            }
+            (Kind::Tables(section, noun, most), _) => {
+                return self.read_tables(section, name, (*most, noun), value);
+            }
+            _ => {}
+        }
+        let given = format!("`{name}` = {}", short(self.document.written(&place)));
+        let read = match (kind, plain(value)) {
             (Kind::Preset, Some(Value::String(text))) => {
                 let Some(preset) = Preset::find(&text) else {
                     let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
@@ -358,7 +272,7 @@ impl<'d> Values<'d> {
                 Some(preset.name.into())
             }
             (Kind::Text(_), text @ Some(Value::String(_))) => text,
-            (Kind::Name(names), Some(Value::String(text))) => {
+            (Kind::Name(names) | Kind::NameOr(names, _), Some(Value::String(text))) => {
                 if !names.contains(&text.as_str()) {
                     let message = format!("`{name}`: unknown value `{text}`");
                     return self.note(place, message, format!("allowed: {}", names.join(", ")));
@@ -455,17 +369,40 @@ impl<'d> Values<'d> {
         Some(value.try_into().unwrap_or_else(|error| panic!("{name}: {error}")))
     }
 
+    /// The values of a section.
+    ///
+    /// # Panics
+    ///
+    /// As [`Self::get`].
+    pub fn section<T: DeserializeOwned>(&self, path: &str) -> T {
+        let start = join(path, "");
+        let entry =
+            |(name, value): (&String, &Value)| Some((name.strip_prefix(&start)?.to_owned(), value.clone()));
+        let entries: toml::Table = self.checked.iter().filter_map(entry).collect();
+        entries.try_into().unwrap_or_else(|error| panic!("{path}: {error}"))
+    }
+
     /// A number.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.checked.get(name)?.as_float()
+    }
+
+    /// Number of tables in a list, if it is given.
+    pub fn count(&self, list: &str) -> Option<usize> {
+        let tables = self.checked.get(list).and_then(Value::as_array);
+        self.is_given(list).then(|| tables.map_or(0, Vec::len))
+    }
+
+    /// True if the key has a table.
+    pub fn is_table(&self, name: &str) -> bool {
+        self.checked.get(name).is_some_and(Value::is_table)
     }
 
     /// Names of the sections of layers of a body.
     ///
     /// * `body`: its section
     pub fn layer_paths(&self, body: &str) -> Vec<String> {
-        let count = if body == BODY.path { self.striker_layers } else { self.layers };
-        match count {
+        match self.count(&format!("{body}.layer")) {
             None => vec![body.into()],
             Some(count) => (1..=count).map(|number| format!("{body}.layer.{number}")).collect(),
         }
@@ -473,13 +410,12 @@ impl<'d> Values<'d> {
 
     /// Writes the only layer of a list as a target without a list.
     pub fn rename_only_layer(&mut self) {
-        let names: Vec<String> =
-            self.checked.keys().filter(|name| name.starts_with("target.layer.1.")).cloned().collect();
-        for name in names {
-            let value = self.checked.remove(&name);
-            let key = name.trim_start_matches("target.layer.1.");
-            if !["density", "wave_speed", "bond"].contains(&key) {
-                self.checked.extend(value.map(|value| (format!("target.{key}"), value)));
+        for (name, value) in self.checked.clone() {
+            if let Some(key) = name.strip_prefix("target.layer.1.") {
+                self.checked.remove(&name);
+                if !["density", "wave_speed", "bond"].contains(&key) {
+                    self.set(&format!("target.{key}"), value);
+                }
             }
         }
     }

@@ -225,6 +225,7 @@ fn huge_lists_are_refused() {
     let lists = [
         ("record.probes", "radii", "[0.5, ".to_owned() + &"0.5, ".repeat(100_000) + "]"),
         ("record.frame_times", "times", "[0.5, ".to_owned() + &"0.5, ".repeat(100_000) + "]"),
+        ("record.points", "points", "[[0, 0], ".to_owned() + &"[0, 0], ".repeat(100_000) + "]"),
     ];
     for (key, noun, list) in lists {
         let errors = Case::load("fig5", &[format!("{key}={list}")]).expect_err("a huge list");
