@@ -198,9 +198,9 @@ fn check_rule(values: &Values<'_>) {
 /// What several bounces need: a whole sphere that flies, in runs that end when it has left.
 ///
 /// * `indenter`: a sound one
-pub(super) fn check_bounces(values: &Values<'_>, indenter: Option<&Body>) {
+pub(super) fn check_bounces(values: &mut Values<'_>, indenter: Option<&Body>) {
     if values.get::<u32>("run.bounces").is_none_or(|bounces| bounces == 1) {
-        return;
+        return values.set("run.bounces", 1);
     }
     let is_sphere = |Body { head, radius, .. }: &Body| matches!(head, Head::Sphere { nose_radius } if *radius == Some(*nose_radius));
     let is_plane = values.system.geometry == Geometry::Plane;

@@ -149,15 +149,13 @@ macro_rules! section {
 
 /// Sizes that are not 0.
 pub(super) const SIZE: Bounds = Bounds::within(TINY, HUGE);
-/// Sizes, radii and depths.
-const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
 /// Times and forces of a table.
 const TIMES: Kind = Quantity(Time, Bounds::within(0.0, 1e12));
 const FORCES: Kind = Quantity(Force, ANY);
 /// Lengths that are not 0.
 const EXTENT: Kind = Quantity(Length, SIZE);
 /// Radii.
-pub(super) const LENGTH: Kind = Quantity(Length, FROM_ZERO);
+pub(super) const LENGTH: Kind = Quantity(Length, Bounds::within(0.0, HUGE));
 /// Depths, in an indenter that gives negative.
 pub(super) const DEPTH: Kind = Quantity(Length, Bounds::within(-HUGE, HUGE));
 /// SI values that scales are made of.
@@ -318,7 +316,7 @@ pub(super) static SECTIONS: [Section; 7] = [
             "2ρ, in place of `nose_radius`; in `--set` and `--vary` either takes the place of the other";
         diameter: EXTENT, only(Shapes(&["flat", "paraboloid", "cone", "profile"])), not_beside(&["radius"]) =>
             "of the body, in place of `radius`; likewise";
-        edge_radius: Quantity(Length, FROM_ZERO), default("0.0"), only(Shapes(&["flat"])) =>
+        edge_radius: LENGTH, default("0.0"), only(Shapes(&["flat"])) =>
             "radius e of the corner, f = e − √(e² − (r − R + e)²)";
         nose_radius: EXTENT, left_out("required"), only(Shapes(&["paraboloid", "sphere"])) =>
             "ρ of f = r²/(2ρ), and of f = ρ − √(ρ² − r²)";

@@ -431,7 +431,7 @@ pub struct Grading {
 }
 
 /// When a run ends.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Time at the last step, but for rounding to whole steps \[R/c_p\].
     pub end_time: f64,

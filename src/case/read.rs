@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    Body, Case, CaseBuilder, CaseErrors, Frames, Parameters, Record, Run, Sizes, Target,
+    Body, Case, CaseBuilder, CaseErrors, Frames, Parameters, Record, Sizes, Target,
     bounds::Bounds,
     document::Document,
     gauges, grading, indenter,
@@ -53,7 +53,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             indenter.mass = striker.mass(values.system.geometry);
         }
     }
-    indenter::check_bounces(&values, indenter.as_ref());
+    indenter::check_bounces(&mut values, indenter.as_ref());
     check_mesh(&mut values, target.as_ref(), indenter.as_ref());
     check_record(&mut values, target.as_ref(), indenter.as_ref());
     // sizes are derived from sound values only
@@ -73,12 +73,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             },
             load,
             mesh: values.section("mesh"),
-            run: Run {
-                end_time: values.number("run.end_time")?,
-                stop: values.get("run.stop")?,
-                bounces: values.get("run.bounces").unwrap_or(1),
-                checkpoint_every: values.number("run.checkpoint_every"),
-            },
+            run: values.section("run"),
             record: record(&values)?,
             sizes: Sizes::default(),
             resolved: Checked::new(),
