@@ -44,11 +44,11 @@ fn the_contact_radius_is_that_of_hertz() {
     }
 }
 
-/// The contact lasts 550 times as long as waves take across it, and is 3.6 cells wide at most: its growth cell by cell is 2 % of
-/// the peak, 1.5 % on 100 cells.
+/// The contact lasts 550 times as long as waves take across it: 1.2 % of the peak and 0.8 % of V0 are what they carry away.
 #[test]
 fn drag_and_velocity_of_a_slow_impact_are_those_of_hertz() {
-    let more = ["impact.velocity=\"0.5 m/s\"", "run.end_time=\"90 us\"", "mesh.cells=50"].map(str::to_owned);
+    let more =
+        ["impact.velocity=\"0.5 m/s\"", "run.end_time=\"90 us\"", "mesh.contact_cells=20"].map(str::to_owned);
     let case = Case::parse("ball", BALL, &more, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let mut hertz = ClosedForm::for_case(&case).expect("a closed form");
     assert!(hertz.name == "hertz" && hertz.is_approximate() && hertz.has_drag);
@@ -63,7 +63,7 @@ fn drag_and_velocity_of_a_slow_impact_are_those_of_hertz() {
     }
     let errors = [largest[0] / peak, largest[1] / velocity];
     println!("largest errors of drag and velocity: {errors:?} of the peak and of V0");
-    assert!(errors[0] < 0.03 && errors[1] < 0.015, "{errors:?}");
+    assert!(errors[0] < 0.013 && errors[1] < 0.009, "{errors:?}");
 }
 
 /// What waves carry away shortens the peak and the rebound: without them the force would be 1.2 and 1.7 % off, restitution 2 and 3 %. On 20 cells across the contact

@@ -320,30 +320,35 @@ fn nothing() -> FrameFields {
     FrameFields { fields: Vec::new(), every: 1, columns: usize::MAX }
 }
 
+/// Seeds of a test: a third of them, all with `PERCUSS_FULL=1`.
+fn seeds(all: u64) -> std::ops::Range<u64> {
+    0..if std::env::var_os("PERCUSS_FULL").is_some() { all } else { all / 3 }
+}
+
 #[test]
 fn the_engine_is_the_plain_stepper() {
-    for seed in 0..60 {
+    for seed in seeds(60) {
         compare(seed, Twins::new, [60, 120]);
     }
 }
 
 #[test]
 fn the_engine_is_the_plain_stepper_of_the_full_theory() {
-    for seed in 0..30 {
+    for seed in seeds(30) {
         compare(seed, Twins::elastic, [60, 120]);
     }
 }
 
 #[test]
 fn the_engine_is_the_plain_stepper_on_layers() {
-    for seed in 0..60 {
+    for seed in seeds(60) {
         compare(seed, Twins::<Axial, Rakhmatulin, 1>::layered, [60, 120]);
     }
 }
 
 #[test]
 fn the_engine_is_the_plain_stepper_of_the_full_theory_on_layers() {
-    for seed in 0..30 {
+    for seed in seeds(30) {
         compare(seed, Twins::<Full, CellScheme, 2>::layered, [60, 120]);
     }
 }
