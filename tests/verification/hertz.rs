@@ -44,7 +44,7 @@ fn the_contact_radius_is_that_of_hertz() {
     }
 }
 
-/// The contact lasts 550 times as long as waves take across it: 1.2 % of the peak and 0.8 % of V0 are what they carry away.
+/// The contact lasts 550 times as long as waves take across it: 1.2 % of the peak and 0.8 % of V0 are measured.
 #[test]
 fn drag_and_velocity_of_a_slow_impact_are_those_of_hertz() {
     let more =
