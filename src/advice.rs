@@ -367,6 +367,12 @@ mod tests {
         assert_eq!(codes(&far), ["base", "far"]);
         assert!(far[1].text.contains("r = 350.0 mm, z = 5.000 mm cells are 17.31 mm wide"), "{far:?}");
         assert_eq!(codes(&graded("mesh.largest_cell=14 mm")), ["base"]);
+        // equal cells have no such key
+        let equal =
+            ["target.material=steel", "target.radius=100 mm", "mesh.cells=3", "impact.velocity=1000 m/s"];
+        let point = "record.points=[[\"80 mm\", \"5 mm\"]]";
+        let equal = of_case(&Case::sound(BALL, &[&equal[..], &[point]].concat()));
+        assert!(!codes(&equal).contains(&"far"), "{equal:?}");
         let found = of_run(&ball);
         assert_eq!(codes(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");

@@ -117,16 +117,11 @@ impl Parameters {
     ///
     /// Along r all layers have waves as long as the struck one, by the law of refraction; rows are as high as the pulse of their layer allows.
     pub fn coarse_point(&self) -> Option<([f64; 2], f64, f64)> {
-        let widths = Some(&self.sizes.widths).filter(|widths| !widths.is_empty())?;
+        self.mesh.grading?;
+        let grid = self.grid();
         let allowed = self.target.computed()[0].waves.shear * self.contact_time()? / PULSE_CELLS;
-        let width = |radius: f64| {
-            let mut end = -0.5 * widths[0];
-            widths.iter().copied().find(|width| {
-                end += *width;
-                end >= radius
-            })
-        };
-        let seen = self.gauges().points.into_iter().filter_map(|point| Some((point, width(point[0])?)));
+        let width = |r: f64| grid.width((grid.place(r).ceil().max(0.0) as usize).min(grid.nr()));
+        let seen = self.gauges().points.into_iter().map(|point| (point, width(point[0])));
         let (point, width) = seen.max_by(|a, b| a.1.total_cmp(&b.1))?;
         (width > allowed).then_some((point, width, allowed))
     }

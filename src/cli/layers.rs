@@ -26,19 +26,19 @@ pub(super) fn target(case: &Case, thickness: &str) -> String {
 }
 
 /// Time in which a wave crosses a layer \[R/c_p\]; `None` for a half-space.
-fn transit(case: &Case, number: usize) -> Option<f64> {
-    let layer = &case.target.computed()[number];
-    Some(layer.thickness? / (layer.wave_speed * (1.0 + case.sizes.layers[number].speed_change)))
+fn transit(layer: &TargetLayer, rows: &LayerSizes) -> Option<f64> {
+    Some(layer.thickness? / (layer.wave_speed * (1.0 + rows.speed_change)))
 }
 
 /// Time in which a wave crosses all layers above a half-space \[R/c_p\].
 pub(super) fn crossing(case: &Case) -> f64 {
-    (0..case.sizes.layers.len()).filter_map(|number| transit(case, number)).sum()
+    let computed = case.target.computed();
+    computed.iter().zip(&case.sizes.layers).filter_map(|(layer, rows)| transit(layer, rows)).sum()
 }
 
 /// Reflection coefficient of stress at the lower face of a layer, `(Z₂ − Z₁)/(Z₂ + Z₁)`; `None` for a half-space.
 fn reflection(case: &Case, computed: &[TargetLayer], number: usize) -> Option<f64> {
-    transit(case, number)?;
+    computed[number].thickness?;
     let z = |layer: &TargetLayer| layer.waves.impedance;
     Some(match (computed.get(number + 1), case.target.back) {
         (Some(below), _) => {
@@ -61,8 +61,7 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
         None => format!("{z:.4}"),
     };
     let row = |(number, (layer, rows)): (usize, (&TargetLayer, &LayerSizes))| {
-        let (rows, speed_change) = (rows.rows(), rows.speed_change);
-        let size = match layer.thickness.zip(transit(case, number)) {
+        let size = match layer.thickness.zip(transit(layer, rows)) {
             Some((thickness, time)) => {
                 format!("{} crossed in {}", units.length.text_to(6, thickness), units.time.text_to(6, time))
             }
@@ -72,7 +71,8 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
             .map_or_else(String::new, |r| format!(", reflection at its lower face {r:.4}"));
         let (name, z) = (&layer.name, impedance(layer.waves.impedance));
         // no negative zero
-        let percent = (1e5 * speed_change).round() / 1e3 + 0.0;
+        let percent = (1e5 * rows.speed_change).round() / 1e3 + 0.0;
+        let rows = rows.rows();
         let text =
             format!("{name}: {rows} rows, {size}, wave speed changed by {percent:.3} %, impedance {z}{face}");
         (if number == 0 { "layers" } else { "" }, text)
@@ -86,7 +86,7 @@ pub(super) fn json(case: &Case) -> serde_json::Value {
     let si = |dimension, x: f64| case.scales.map_or(x, |scales| x * scales.of(dimension));
     let unit = case.scales.map_or(1.0, |scales| scales.density * scales.speed);
     let entry = |(number, (layer, rows)): (usize, (&TargetLayer, &LayerSizes))| {
-        let time = transit(case, number);
+        let time = transit(layer, rows);
         json!({
             "name": layer.name,
             "rows": rows.steps,

@@ -210,11 +210,6 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         [self.now[field].row(j), self.before[field].row(j)]
     }
 
-    /// True if the target has a back: where a half-space is cut off there is none.
-    fn has_back(&self) -> bool {
-        self.grid.has_back
-    }
-
     /// Cells that strains and stresses are taken of at level k.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
@@ -231,7 +226,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     fn note_strains(&mut self, loaded: usize) {
         let level = self.level as usize;
         let Watched { rows, columns } = self.watched(loaded);
-        let backed = if self.has_back() { self.grid.nr() } else { 0 };
+        let backed = if self.grid.has_back { self.grid.nr() } else { 0 };
         let [cells, backing] = &mut self.peaks;
         for row in 0..rows {
             for column in 0..columns {
@@ -259,7 +254,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
                 self.ratios.take(strength, &stress, self.level, || strain::middle(grid, row, column));
             }
         }
-        for row in [Some(0), self.has_back().then_some(grid.nz)].into_iter().flatten() {
+        for row in [Some(0), grid.has_back.then_some(grid.nz)].into_iter().flatten() {
             let Some(strength) = known(row) else { continue };
             for (column, pressure) in pressure.iter().enumerate().take(grid.nr()) {
                 let Some(stress) = self.scheme.face_stress(&self.now, *pressure, row, column) else {

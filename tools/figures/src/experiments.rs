@@ -126,7 +126,6 @@ const PLATES: [Plate; 3] = [
             "mesh.largest_cell=0.4 mm",
             "run.end_time=28 us",
             "run.stop=never",
-            "record.points=[[\"0 mm\", \"101.6 mm\"], [\"17.91 mm\", \"101.6 mm\"], [\"58.66 mm\", \"101.6 mm\"], [\"121.08 mm\", \"101.6 mm\"]]",
             "record.frames=0",
         ]),
         remark: "The authors' finite elements give 0.245 ± 0.005 nm at the first peak opposite, low-passed at 1.31 MHz.",
@@ -299,7 +298,13 @@ fn plate_figure(lab: &Lab<'_>, plate: &Plate, rows: &mut Vec<Vec<String>>) -> Re
         }
     };
     let start = Instant::now();
-    let whole = plate.ball.zip(plate.whole).map(|(ball, sets)| lab.run(&format!("{ball}-whole"), ball, sets));
+    let points: Vec<_> =
+        plate.sensors.iter().map(|at| format!("[\"{} mm\", \"{} mm\"]", at.r, at.z)).collect();
+    let points = format!("record.points=[{}]", points.join(", "));
+    let whole = plate
+        .ball
+        .zip(plate.whole)
+        .map(|(ball, sets)| lab.run(&format!("{ball}-whole"), ball, &[sets, &[points.as_str()]].concat()));
     let whole = whole.transpose()?;
     if whole.is_some() {
         text.push_str(&format!(" One run of ball and plate took {:.0} s.", start.elapsed().as_secs_f64()));
