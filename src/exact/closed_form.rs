@@ -179,8 +179,8 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
-        if case.indenter.striker.is_some() || case.load.is_some() {
-            return none("it needs a rigid indenter");
+        if case.load.is_some() || (case.indenter.striker.is_some() && case.indenter.mass.is_infinite()) {
+            return none("it needs an indenter that is rigid or, for the contact of Hertz, of finite mass");
         }
         let hertz = case.indenter.mass.is_finite().then(|| hertz(case)).transpose()?;
         let rule = case.impact.contact;

@@ -16,7 +16,8 @@
 //! ```
 //!
 //! until F is 0. The energy `D·∫F'² dt` leaves with the waves: S. C. Hunter, J. Mech. Phys. Solids 5 (1957) 162; J. Reed, J. Phys. D 18 (1985) 2329;
-//! D for ν = 1/4 is the power that G. F. Miller and H. Pursey, Proc. R. Soc. A 233 (1955) 55, have for a small vibrator.
+//! D for ν = 1/4 is the power that G. F. Miller and H. Pursey, Proc. R. Soc. A 233 (1955) 55, have for a small vibrator. Where the ball is the nose of another
+//! half-space, waves run into both: E* is that of both moduli, and D the sum of both ([`force_with_radiation`]).
 //!
 //! # A thin plate
 //!
@@ -76,6 +77,18 @@ pub fn radiation(beta: f64) -> Result<f64, ExactError> {
     Ok(gauss_legendre(POINTS, 0.0, 1.0).into_iter().map(part).sum::<f64>() / (2.0 * PI))
 }
 
+/// Force of the contact of Hertz of bodies that waves leave, `k·w^(3/2) + D·(9/4)·k²·w·ẇ` \[πR²γc_p²\].
+///
+/// * `stiffness`: k, the force at `w = 1` without waves, see [`Hertz::force`]
+/// * `radiation`: D, the sum of those of the bodies \[1/(γc_p³)\]
+/// * `depth`, `speed`: w, by which the bodies have come closer, and its rate
+pub fn force_with_radiation(stiffness: f64, radiation: f64, depth: f64, speed: f64) -> f64 {
+    let depth = depth.max(0.0);
+    // in units of the crate a force has the factor 1/π
+    let resistance = 2.25 * PI * radiation * stiffness * stiffness * depth;
+    (stiffness * depth * depth.sqrt() + resistance * speed).max(0.0)
+}
+
 /// Impact of a ball on a half-space of the full theory.
 ///
 /// * `hertz`: the ball, and the contact of both
@@ -85,13 +98,8 @@ pub fn radiation(beta: f64) -> Result<f64, ExactError> {
 ///
 /// `beta` is not in `0 < β < √3/2`.
 pub fn on_half_space(hertz: &Hertz, beta: f64) -> Result<Impact, ExactError> {
-    // in units of the crate a force has the factor 1/π
-    let (stiffness, radiation) = (hertz.force(1.0), PI * radiation(beta)?);
-    let force = |[depth, speed]: [f64; 2]| {
-        let depth = depth.max(0.0);
-        let resistance = 2.25 * radiation * stiffness * stiffness * depth;
-        (stiffness * depth * depth.sqrt() + resistance * speed).max(0.0)
-    };
+    let (stiffness, radiation) = (hertz.force(1.0), radiation(beta)?);
+    let force = |[depth, speed]: [f64; 2]| force_with_radiation(stiffness, radiation, depth, speed);
     let impact = integrate(hertz, force, |state| [state[1], -force(state) / hertz.mass]);
     Ok(impact.expect("a half-space takes little energy"))
 }
