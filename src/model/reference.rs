@@ -256,7 +256,8 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         }
         for row in [Some(0), grid.has_back.then_some(grid.nz)].into_iter().flatten() {
             let Some(strength) = known(row) else { continue };
-            for (column, pressure) in pressure.iter().enumerate().take(grid.nr()) {
+            // beyond the light cone there is no stress
+            for (column, pressure) in pressure.iter().enumerate().take(self.columns) {
                 let Some(stress) = self.scheme.face_stress(&self.now, *pressure, row, column) else {
                     continue;
                 };
