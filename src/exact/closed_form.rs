@@ -14,7 +14,7 @@ use super::{
     stack::{Stack, StackLayer},
 };
 use crate::{
-    case::Case,
+    case::{Case, Striker},
     contact::{HALF_WIDTH, Rule},
     geometry::Geometry,
     grid::MeshKind,
@@ -179,8 +179,11 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
-        if case.load.is_some() || (case.indenter.striker.is_some() && case.indenter.mass.is_infinite()) {
-            return none("it needs an indenter that is rigid or, for the contact of Hertz, of finite mass");
+        let is_ball = |striker: &Striker| case.indenter.mass.is_finite() && striker.body.layers.len() == 1;
+        if case.load.is_some() || !case.indenter.striker.as_ref().is_none_or(is_ball) {
+            return none(
+                "it needs an indenter that is rigid or, for the contact of Hertz, of finite mass and one layer",
+            );
         }
         let hertz = case.indenter.mass.is_finite().then(|| hertz(case)).transpose()?;
         let rule = case.impact.contact;

@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 use percuss::{
     case::{Case, LayerSizes, Target},
     exact::{
+        closed_form::ClosedForm,
         hertz_radiation::{force_with_radiation, radiation},
         stack::{Stack, StackLayer},
     },
@@ -238,14 +239,32 @@ fn guided_bars_transmit_through_a_specimen_what_rays_say() {
     assert!(largest < 1e-10 && seen.iter().all(|&steps| steps > 30), "{largest:e} in {seen:?} steps");
 }
 
+/// A steel ball of 10 mm that gives, at 10 m/s on aluminium.
+const STEEL_BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nmaterial = \"aluminium\"\n[indenter]\n\
+    shape = \"sphere\"\nnose_radius = \"5 mm\"\nmaterial = \"steel\"\nbody = \"elastic\"\n[impact]\nvelocity = \"10 m/s\"\n\
+    [run]\nend_time = \"34 us\"\nstop = \"separation\"\n[record]\nframes = 0\n";
+
 /// A steel ball of 10 mm that gives, at 10 m/s on aluminium: 5284 N and 28.26 µs by an independent program that meshes the sphere, where a rigid one has
 /// 5819 N and 25.6 µs.
 #[test]
 fn a_ball_that_gives_is_that_of_an_independent_program() {
-    let ball = "model = \"elastic\"\n[target]\nthickness = \"half-space\"\nmaterial = \"aluminium\"\n[indenter]\n\
-        shape = \"sphere\"\nnose_radius = \"5 mm\"\nmaterial = \"steel\"\nbody = \"elastic\"\n[impact]\nvelocity = \"10 m/s\"\n\
-        [run]\nend_time = \"34 us\"\nstop = \"separation\"\n[record]\nframes = 0\n";
-    compare(&sound(ball, &[]), [5284.0, 28.26e-6]);
+    compare(&sound(STEEL_BALL, &[]), [5284.0, 28.26e-6]);
+}
+
+/// Its closed form is that of Hertz with the moduli of both, `E/(1 − ν²) = 4γc_s²(1 − β²)`: the peak force of a rigid one is as `E*^⅖`, the time as `E*^−⅖`.
+#[test]
+fn a_ball_that_gives_has_the_closed_form_of_both_moduli() {
+    let [gives, rigid] = ["elastic", "rigid"].map(|body| {
+        let case = sound(STEEL_BALL, &[&format!("indenter.body={body}")]);
+        let form = ClosedForm::for_case(&case).expect("the contact of Hertz");
+        [form.drag_at(0.5 * form.end_time), form.end_time]
+    });
+    // aluminium by its speeds, steel by E and ν
+    let aluminium = 4.0 * 2700.0 * 3040.0_f64.powi(2) * (1.0 - (3040.0_f64 / 6420.0).powi(2));
+    let ratio = aluminium / (211.9e9 / (1.0 - 0.291 * 0.291));
+    let share = libm::pow(1.0 + ratio, -0.4);
+    assert!((gives[0] / rigid[0] / share - 1.0).abs() < 1e-9, "{gives:?} {rigid:?} {share}");
+    assert!((gives[1] / rigid[1] * share - 1.0).abs() < 1e-9, "{gives:?} {rigid:?} {share}");
 }
 
 /// Peak force and contact time of a case within 1 % of others \[N, s\].
