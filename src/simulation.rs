@@ -344,12 +344,13 @@ impl Simulation {
         let CompletedStep { step, mut frame, mut gauges, tensions, failures } = completed;
         let Step { mut view, balances, striker: shown } = step;
         let mut events = self.noted(view.time, "target", &tensions, &failures);
-        let mut striker = None;
+        let (mut striker, mut face) = (None, None);
         if let (Some(body), Some((shown, flight))) = (&self.striker, shown) {
             events.extend(self.noted(view.time, "indenter", &shown.tensions, &shown.failures));
             gauges = Some(body.join_gauges(gauges, shown.gauges, flight));
             if let (Some(target), Some(above)) = (frame, shown.frame) {
                 striker = Some(above.energy);
+                face = Some(above.surface.iter().map(|upwards| flight - upwards).collect());
                 frame = Some(body.join(target, above, flight));
             } else {
                 frame = None;
@@ -367,7 +368,7 @@ impl Simulation {
             while self.model.next(true).is_some() {}
             return Err(self.not_finite(view.step));
         }
-        Ok(View { frame: Some(Frame { energy, fields: Arc::new(fields) }), ..view })
+        Ok(View { frame: Some(Frame { energy, fields: Arc::new(fields), face }), ..view })
     }
 
     /// First tensions of interfaces and strengths that are passed as events.

@@ -81,6 +81,8 @@ pub struct Frame {
     pub energy: Energy,
     /// The fields.
     pub fields: Arc<model::Frame>,
+    /// Displacement into the target of the face of an indenter that gives, shape `(columns,)` \[R\].
+    pub face: Option<Arc<[f64]>>,
 }
 
 /// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + damped + residual` \[πR³γc_p²; plane
@@ -115,6 +117,13 @@ impl Energy {
 }
 
 impl View<'_> {
+    /// Displacement into the target of the face of the indenter over a node of the surface \[R\]; of one that gives on frames, and the last one that is
+    /// known beyond what frames show.
+    pub fn face(&self, node: usize) -> f64 {
+        let face = self.frame.as_ref().and_then(|frame| frame.face.as_ref());
+        face.and_then(|face| face.get(node).or(face.last())).copied().unwrap_or(self.depth)
+    }
+
     /// The same view for an observer that outlives the step, without the closed form.
     pub fn share(&self) -> View<'static> {
         let Interface { r0, dr, ref radii, ref pressure, punch_radius, complete, .. } = self.interface;

@@ -4,7 +4,7 @@
 //! The exact numbers are in the other channels.
 //!
 //! World frame of all pictures: x = r, y up (depth is −y), z towards the viewer, in the unit of length of the recording.
-//! The frame `indenter` moves with the indenter; displacements are drawn [`Viewport::exaggeration`] times their size,
+//! The frame `indenter` moves with the indenter, one that gives with its centre of mass, whose deformed face is in the world frame; displacements are drawn [`Viewport::exaggeration`] times their size,
 //! which the metadata of the channels state. Overlapping parts lie on [`Sheet`]s one above the other, the field lowest,
 //! so that no two surfaces coincide and every viewer shows the same one.
 

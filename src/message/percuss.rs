@@ -425,7 +425,7 @@ pub struct SurfaceProfile {
     /// Displacement of the surface into the target. \[R\]
     #[prost(float, repeated, tag = "5")]
     pub displacement: ::prost::alloc::vec::Vec<f32>,
-    /// Displacement w - f(r) of the face of the indenter into the target, NaN beside the indenter. \[R\]
+    /// Displacement w - f(r) of the face of the indenter into the target, w that of the face where it gives; NaN beside the indenter. \[R\]
     #[prost(float, repeated, tag = "6")]
     pub indenter: ::prost::alloc::vec::Vec<f32>,
 }

@@ -222,6 +222,46 @@ fn pictures_are_in_metres() {
 }
 
 #[test]
+fn faces_of_both_bodies_meet_where_they_press() {
+    let folder = folder();
+    let text = BALL.replace("cells = 40", "contact_cells = 20").replace("pmma", "steel");
+    let set = ["indenter.body=elastic", "record.frames=20"];
+    let ball = Recorded::new(&text, &set, &folder.path().join("a.mcap"));
+    let (profiles, scenes) = (
+        ball.all::<message::SurfaceProfile>("/view/profile"),
+        ball.all::<foxglove::SceneUpdate>("/view/scene"),
+    );
+    // a node has the mean of the head over its cell
+    let width = f64::from(profiles[0].r[1] - profiles[0].r[0]);
+    let sagitta = width * width / (2.0 * 0.01);
+    let mut pressed = 0;
+    for (profile, scene) in profiles.iter().zip(&scenes) {
+        let line = |id: &str| {
+            let entity = scene.entities.iter().find(|entity| entity.id == id).expect("a line");
+            assert_eq!(entity.frame_id, "world");
+            entity.lines[0].points.clone()
+        };
+        let (face, surface) = (line("indenter"), line("surface"));
+        let drawn = |points: &[foxglove::Point3], r: f64| {
+            points.iter().find(|point| (point.x - r).abs() < 1e-6).map(|point| point.y)
+        };
+        for (i, r) in profile.r.iter().enumerate() {
+            let gap = f64::from(profile.displacement[i]) - f64::from(profile.indenter[i]);
+            let [face, surface] = [&face, &surface].map(|points| drawn(points, f64::from(*r)));
+            // nodes near the edge are in part over the gap
+            if profile.time > 0.0 && profile.stress.get(i + 2).is_some_and(|next| *next > 0.0) {
+                pressed += 1;
+                assert!(gap.abs() < sagitta, "{gap} m at {r} m, t = {} s", profile.time);
+                if let (Some(face), Some(surface)) = (face, surface) {
+                    assert!((face - surface).abs() < 1e-6, "{face}, {surface} m at {r} m");
+                }
+            }
+        }
+    }
+    assert!(pressed > 50, "{pressed} nodes");
+}
+
+#[test]
 fn the_edge_of_a_fast_ball_emits_waves_where_it_slows_down_to_c_p() {
     let folder = folder();
     let settings = ["impact.velocity=\"500 m/s\"", "run.end_time=\"1 us\"", "record.fields=[]"];

@@ -19,7 +19,11 @@ pub fn channel(case: &Case) -> Channel {
         FieldNote::new("r", length.name, "radii of the points"),
         FieldNote::new("stress", stress.name, "interface stress, compression positive"),
         FieldNote::new("displacement", length.name, "displacement of the surface into the target"),
-        FieldNote::new("indenter", length.name, "face of the indenter, w - f(r); NaN beside the indenter"),
+        FieldNote::new(
+            "indenter",
+            length.name,
+            "face of the indenter, w - f(r), where it gives as deformed; NaN beside the indenter",
+        ),
     ];
     let &Sizes { contact_reach, nr, .. } = &case.sizes;
     // up to the outer radius
@@ -37,7 +41,7 @@ pub fn channel(case: &Case) -> Channel {
         let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
         for i in (0..nodes as usize).step_by(every) {
             let r = view.interface.r(i);
-            let face = if is_loaded { f64::NAN } else { view.depth - shape.profile(r) };
+            let face = if is_loaded { f64::NAN } else { view.face(i) - shape.profile(r) };
             message.r.push(length.of(r) as f32);
             message.stress.push(stress.of(at(&view.interface.pressure, i)) as f32);
             message.displacement.push(length.of(at(displacement, i)) as f32);

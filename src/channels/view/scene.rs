@@ -35,8 +35,10 @@ struct Scene {
     /// Shown nodes of the surface, and every how many of them.
     nodes: usize,
     every: usize,
-    /// Parts that are the same in all frames; no body of a load.
+    /// Outline and filling of a rigid indenter, the same in all frames.
     body: Option<(LinePrimitive, TriangleListPrimitive)>,
+    /// Nodes of the face of one that gives, with their places on it before the impact.
+    face: Vec<(usize, [f64; 2])>,
     backing: Option<LinePrimitive>,
     /// Interfaces between layers, and names of the layers.
     layers: (Vec<LinePrimitive>, Vec<TextPrimitive>),
@@ -86,12 +88,16 @@ impl Scene {
         let interfaces = shown.map(|(_, top)| LinePrimitive { thickness: 1.0, ..across(*top) });
         let (leaders, names) = names(viewport);
         let layers = (interfaces.chain(leaders).collect(), names);
+        let every = ((nodes / SURFACE_POINTS).ceil() as usize).max(1);
+        let gives = case.indenter.striker.is_some();
+        let face = if gives { face(case, viewport.edge(), every) } else { Vec::new() };
         Self {
             drag_scale: full / (largest * area),
             units,
             nodes: nodes as usize,
-            every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
-            body: case.load.is_none().then(|| body(viewport, case.indenter.striker.is_some())),
+            every,
+            body: (case.load.is_none() && !gives).then(|| body(viewport)),
+            face,
             backing: viewport.thickness.map(across),
             layers,
             colours: case.record.fields.first().map(|field| colour_bar(case, *field, viewport)),
@@ -126,10 +132,18 @@ impl Scene {
         if let Some((outline, filling)) = &self.body {
             entities.push(SceneEntity {
                 lines: vec![outline.clone()],
-                // one that gives shows its field
-                triangles: view.striker.is_none().then(|| filling.clone()).into_iter().collect(),
+                triangles: vec![filling.clone()],
                 ..new("indenter", INDENTER)
             });
+        }
+        if !self.face.is_empty() {
+            // its field shows the body
+            let moved = |(node, [x, y]): &(usize, [f64; 2])| (*x, y + viewport.height(view.face(*node)));
+            let right: Vec<(f64, f64)> = self.face.iter().map(moved).collect();
+            let left = right.iter().rev().map(|(x, y)| (-x, *y));
+            let points = left.chain(right.iter().copied()).map(|(x, y)| world.rounded(x, y)).collect();
+            let line = world.line(points, viewport.height_of(Sheet::Outline), colours::OUTLINE);
+            entities.push(lines(vec![line], new("indenter", WORLD)));
         }
         if let Some(backing) = &self.backing {
             entities.push(lines(vec![backing.clone()], new("backing", WORLD)));
@@ -143,7 +157,7 @@ impl Scene {
             entities.push(SceneEntity { triangles, texts, ..new("colours", WORLD) });
         }
         let tick = 0.05 * viewport.window.section[1];
-        let foot = viewport.height(view.depth);
+        let foot = viewport.height(view.face(0));
         let contact = [-1.0, 1.0].map(|side| side * view.contact_radius);
         let points =
             contact.iter().flat_map(|x| [world.rounded(*x, foot), world.rounded(*x, foot - tick)]).collect();
@@ -170,8 +184,18 @@ impl Scene {
     }
 }
 
-/// Outline and filling of the indenter in its own frame; of one that gives the face alone.
-fn body(viewport: &Viewport, gives: bool) -> (LinePrimitive, TriangleListPrimitive) {
+/// Every so many nodes of the face of an indenter, from the axis out to its edge, and their places before the impact.
+fn face(case: &Case, edge: f64, every: usize) -> Vec<(usize, [f64; 2])> {
+    let (grid, shape) = (case.grid(), case.shape());
+    let nodes = (0..grid.nr()).step_by(every).map(|i| (i, grid.r(i))).take_while(|(_, r)| *r < edge);
+    let mut face: Vec<_> = nodes.map(|(i, r)| (i, [r, shape.profile(r)])).collect();
+    let last = face.last().map_or(0, |(i, _)| *i);
+    face.push((last, [edge, shape.profile(edge)]));
+    face
+}
+
+/// Outline and filling of a rigid indenter in its own frame.
+fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
     let world = viewport.world;
     let point = |x, y| world.point(x, y);
     let mirror = |[x, y]: [f64; 2]| [-x, y];
@@ -179,18 +203,14 @@ fn body(viewport: &Viewport, gives: bool) -> (LinePrimitive, TriangleListPrimiti
         viewport.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(viewport.face.iter().copied()).collect();
     let edge = viewport.edge();
     let mut outline: Vec<Point3> = face.iter().map(|[x, y]| point(*x, *y)).collect();
-    let mut r#type = line_primitive::Type::LineStrip;
-    if !gives {
-        outline.extend([point(edge, viewport.top), point(-edge, viewport.top)]);
-        r#type = line_primitive::Type::LineLoop;
-    }
+    outline.extend([point(edge, viewport.top), point(-edge, viewport.top)]);
     let corners = |pair: &[[f64; 2]]| {
         let ([a, b], [c, d]) = (pair[0], pair[1]);
         let top = viewport.top;
         [point(a, b), point(c, d), point(c, top), point(a, b), point(c, top), point(a, top)]
     };
     let outline = LinePrimitive {
-        r#type: r#type.into(),
+        r#type: line_primitive::Type::LineLoop.into(),
         ..world.line(outline, viewport.height_of(Sheet::Outline), colours::OUTLINE)
     };
     let filling = TriangleListPrimitive {

@@ -7,7 +7,7 @@ use crate::{
         points::{find_leaf, nearest},
         view::Scale,
     },
-    convention::{FACE, PROFILE},
+    convention::{FACE, PROFILE, VELOCITY},
     messages::Recording,
     pass::{Moment, Pass},
 };
@@ -25,7 +25,8 @@ pub(in crate::command) struct Body {
     is_cut: bool,
 }
 
-/// Where the outline of the indenter is: of the profile in which it is deepest.
+/// Where the outline of the indenter is: of the profile in which it is deepest; of one that gives of the first in which it is, while it is
+/// hardly deformed.
 ///
 /// ```text
 /// outline f(r) = w − y(r)      w: depth of the indenter, y: its face at the same time
@@ -33,6 +34,8 @@ pub(in crate::command) struct Body {
 #[derive(Default)]
 pub(in crate::command) struct Outline {
     deepest: Option<[Vec<f64>; 2]>,
+    /// Times and depths of the nose of one that gives.
+    nose: Vec<(f64, f64)>,
 }
 
 impl Outline {
@@ -40,11 +43,15 @@ impl Outline {
     pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a>) {
         let leaf = |field| find_leaf(recording, PROFILE, field);
         let (Some((id, radius)), Some((_, face))) = (leaf("r"), leaf(FACE)) else { return };
-        let deepest = &mut self.deepest;
+        let gives = find_leaf(recording, VELOCITY, "nose").is_some();
+        let Self { deepest, nose } = self;
         pass.each(id, move |moment, _| {
             let depth = moment.values.lists[face].number(0).unwrap_or(0.0);
             let known = deepest.as_ref().and_then(|[_, face]| face.first().copied());
-            if depth > known.unwrap_or(0.0) {
+            if gives {
+                nose.push((moment.time, depth));
+            }
+            if depth > known.unwrap_or(0.0) && !(gives && known.is_some()) {
                 *deepest = Some([radius, face].map(|leaf| numbers(moment, leaf)));
             }
             Ok(())
@@ -63,6 +70,7 @@ impl Outline {
     ) -> Body {
         let at_times =
             |curve: &[(f64, f64)]| if curve.is_empty() { Vec::new() } else { nearest(curve, times) };
+        let depths = if self.nose.is_empty() { depths } else { &self.nose };
         let is_known = !times.is_empty() && !depths.is_empty();
         let (outline, is_cut) = match &self.deepest {
             Some([radii, face]) if is_known => cut(radii, face),
