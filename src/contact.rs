@@ -42,6 +42,9 @@ const PRESSED: f64 = 2.5;
 /// δ of [`Contact::edge`], in cells.
 const BEYOND: f64 = 0.25;
 
+/// Penetration of two bodies that may be rounding, relative to the displacements that it is the difference of.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
 /// How surface and indenter touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -101,6 +104,8 @@ pub struct Contact {
     /// Radii of the nodes, and widths of the cells on both sides of them, see [`Grid::width`] \[R\].
     r: Vec<f64>,
     widths: Vec<f64>,
+    /// Radius of the narrower body, which contact ends at, infinite without rims \[R\].
+    rim: f64,
     /// E* of the contact on a graded mesh \[γc_p²\], see [`Contact::edge`].
     modulus: Option<f64>,
     /// Profile at the nodes, shape `(zone,)`: nodes beyond it are never in contact \[R\].
@@ -160,6 +165,7 @@ impl Contact {
             area: grid.area.clone(),
             r: (0..nr).map(|i| grid.r(i)).collect(),
             widths: (0..=nr).map(|i| grid.width(i)).collect(),
+            rim: f64::INFINITY,
             modulus: None,
             // u = 0 and w^{−1} = −V0·Δt, w^0 = 0
             gap_before: profile.iter().map(|f| f + step).collect(),
@@ -175,7 +181,10 @@ impl Contact {
     }
 
     /// The same where the indenter has so many nodes.
-    pub fn limited_to(mut self, nodes: usize) -> Self {
+    ///
+    /// * `rim`: radius of the narrower body, infinite if none ends \[R\]
+    pub fn limited_to(mut self, nodes: usize, rim: f64) -> Self {
+        self.rim = rim;
         self.profile.truncate(nodes);
         self.gap_before.truncate(nodes);
         self.gap.truncate(nodes);
@@ -357,8 +366,10 @@ impl Contact {
             let penetration = imposed.penetration - surface.free[i];
             let compliance = surface.compliance[i] / self.area[i] + striker.compliance[i] / area[i];
             let force = penetration / compliance;
+            // faces that rest at one velocity touch by rounding alone
+            let rounding = ROUNDING * next_flight.abs().max(striker.free[i].abs()).max(surface.free[i].abs());
             // NaN stays NaN, to be reported
-            let force = if self.rule == Rule::Unilateral && force <= 0.0 { 0.0 } else { force };
+            let force = if self.rule == Rule::Unilateral && penetration <= rounding { 0.0 } else { force };
             surface.pressure[i] = force / self.area[i];
             striker.pressure[i] = force / area[i];
             state.drag += force;
@@ -400,7 +411,8 @@ impl Contact {
     /// * `depth`: w^k of the indenter over each node \[R\]
     fn edge(&self, depth: impl Fn(usize) -> f64, surface: &Surface) -> f64 {
         let nodes = self.profile.len();
-        let outermost = |i: usize| (self.r[i] + 0.5 * self.widths[i + 1]).min(self.shape.radius());
+        let limit = self.shape.radius().min(self.rim);
+        let outermost = |i: usize| (self.r[i] + 0.5 * self.widths[i + 1]).min(limit);
         if self.rule == Rule::Bilateral {
             return outermost(nodes - 1);
         }
@@ -428,7 +440,7 @@ impl Contact {
                 share * width
             }
         };
-        (self.r[last] + beside).min(self.shape.radius())
+        (self.r[last] + beside).min(limit)
     }
 
     fn step_prescribed(&mut self, surface: &mut Surface, indenter: &mut Indenter) -> ContactState {

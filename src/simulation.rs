@@ -176,7 +176,8 @@ impl Simulation {
             None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed)
                 .graded(&grid, case.modulus()),
         };
-        let contact = contact.limited_to(striker.as_ref().map_or(usize::MAX, |striker| striker.grid().nr()));
+        let nodes = striker.as_ref().map_or(usize::MAX, |striker| striker.grid().nr());
+        let contact = contact.limited_to(nodes, case.within_rims(f64::INFINITY));
         Self {
             surface: Surface::new(grid.nr()),
             watch: Watch::new(grid.dr / wave_speed, rule, case.units(), contact.turn()),
@@ -381,8 +382,7 @@ impl Simulation {
 
     /// The first tension at an interface as an event.
     fn tension(&self, time: f64, body: &str, tension: &Tension) -> Event {
-        // nodes of both bodies stand on the same radii
-        let r = self.grid.r(tension.column);
+        let r = self.columns(body == "indenter").r(tension.column);
         let [place, at] = [self.units.length.text(r), self.units.time.text(time)];
         let (name, interface) = interface(body, tension.interface);
         let stress = self.units.stress.text(-tension.stress);
@@ -481,12 +481,18 @@ impl Simulation {
         SimulationError::NotFinite { step, quantity, place }
     }
 
+    /// The mesh of a body: nodes of both stand on the same radii as far as the narrower one reaches.
+    fn columns(&self, of_indenter: bool) -> &Grid {
+        self.striker.as_ref().filter(|_| of_indenter).map_or(&self.grid, Striker::grid)
+    }
+
     fn observe_strain(&mut self, step: u64, time: f64) {
         let pressure = &self.surface.pressure[..self.surface.loaded];
         let below = self.model.surface_strain(pressure);
         let above = self.striker.as_ref().map_or((0.0, 0), Striker::nose_strain);
         let (strain, column) = if above.0 > below.0 { above } else { below };
-        self.validity.observe_strain(strain, step, time, (self.grid.r(column), 0.0));
+        let r = self.columns(above.0 > below.0).r(column);
+        self.validity.observe_strain(strain, step, time, (r, 0.0));
         for (i, p) in pressure.iter().enumerate() {
             self.validity.observe_pressure(p.abs(), step, time, self.grid.r(i));
         }

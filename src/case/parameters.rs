@@ -68,7 +68,7 @@ impl Parameters {
     }
 
     /// A radius, or that of a rim inside it \[R\].
-    pub(super) fn within_rims(&self, radius: f64) -> f64 {
+    pub(crate) fn within_rims(&self, radius: f64) -> f64 {
         self.target.radius.into_iter().chain(self.indenter.rim()).fold(radius, f64::min)
     }
 

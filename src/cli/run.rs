@@ -305,7 +305,9 @@ fn answer(case: &Case, measures: &[Measure]) -> Option<String> {
     let Units { length, time, force, .. } = case.units();
     let text = |unit: Unit, x: f64| unit.text_with_unit(4, x / unit.scale);
     let (peak, at) = of("peak_force").zip(of("peak_time"))?;
-    let restitution = of("restitution_mesh_corrected").or(of("restitution"));
+    // a flat face meets all nodes at once: what that takes would be waves, not rebound
+    let corrected = of("restitution_mesh_corrected").filter(|_| !case.indenter.head.is_flat());
+    let restitution = corrected.or(of("restitution"));
     let more = [
         of("contact_duration").map(|x| format!(", contact {}", text(time, x))),
         of("contact_radius").map(|x| format!(", contact radius {}", text(length, x))),

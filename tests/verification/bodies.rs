@@ -10,6 +10,7 @@
 use std::f64::consts::PI;
 
 use percuss::{
+    advice,
     case::{Case, LayerSizes, Target},
     exact::{
         closed_form::ClosedForm,
@@ -158,6 +159,41 @@ fn guided_rods_collide_as_rays_say() {
         }
         println!("{back}: {largest:e} of γc_pV0 in {seen} steps, contact until {end:.3}");
         assert!(largest < 1e-12 && seen > 30, "{back}: {largest:e} in {seen} steps");
+    }
+}
+
+/// Equal bars in one guide are in contact for `2L/c_p`, then rest beside each other, and there is no force from rounding.
+#[test]
+fn equal_bars_part_once() {
+    for length in [2.0, 0.6] {
+        let layer =
+            format!("{{ thickness = {length}, density = 1.0, wave_speed = 1.0, shear_wave_speed = 0.5 }}");
+        let text = format!(
+            "model = \"elastic\"\n[target]\nradius = 1.0\nrim = \"guided\"\nback = \"free\"\nthickness = 8.0\nshear_wave_speed = 0.5\n\
+             [indenter]\nshape = \"flat\"\nradius = 1.0\n[indenter.body]\nlayer = [{layer}]\n[impact]\nvelocity = 1e-3\n\
+             [mesh]\ncells = 10\n[run]\nend_time = 12.0\n[record]\nframes = 0\n"
+        );
+        let case = sound(&text, &[]);
+        assert!(advice::of_case(&case).iter().all(|finding| finding.code != "mass"));
+        let seen = run(&case, |view| (view.time, view.drag));
+        let (last, _) = seen.iter().rfind(|(_, drag)| *drag > 0.0).expect("a contact");
+        assert!((last - 2.0 * length).abs() < 1.5 * case.sizes.dt, "{last}, {length}");
+    }
+}
+
+/// An indenter wider than a target that ends: what is largest in it is found on its own nodes, and contact ends at the rim.
+#[test]
+fn a_wide_indenter_touches_as_far_as_the_rim() {
+    let layer = "{ thickness = 0.5, density = 1.0, wave_speed = 1.0, shear_wave_speed = 0.5 }";
+    let text = format!(
+        "model = \"elastic\"\n[target]\nradius = 0.5\nback = \"free\"\nthickness = 1.5\nshear_wave_speed = 0.5\n[indenter]\n\
+         shape = \"flat\"\nradius = 1.0\n[indenter.body]\nlayer = [{layer}, {layer}]\n[impact]\nvelocity = 1e-3\n[mesh]\ncells = 16\n\
+         [run]\nend_time = 6.0\n[record]\nframes = 0\n"
+    );
+    for rim in ["free", "guided"] {
+        let case = sound(&text, &[&format!("target.rim={rim}")]);
+        let radii = run(&case, |view| view.contact_radius);
+        assert_eq!(radii.into_iter().fold(0.0, f64::max), 0.5, "{rim}");
     }
 }
 
