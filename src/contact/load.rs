@@ -81,15 +81,17 @@ impl Force {
         }
     }
 
-    /// Time that it lasts, or in which it rises for good; of points that of notable forces \[R/c_p\].
+    /// Time that it lasts, or in which it rises for good; of points that from before the first notable force until after the last \[R/c_p\].
     pub fn duration(&self) -> f64 {
         match self {
             Self::Pulse { duration, .. } => *duration,
             Self::Points(points) => {
                 let largest = self.largest();
-                let is_notable = |[_, force]: &&[f64; 2]| force.abs() > NOTABLE * largest;
-                let ends = points.iter().find(is_notable).zip(points.iter().rfind(is_notable));
-                ends.map_or(0.0, |([first, _], [last, _])| last - first)
+                let is_notable = |[_, force]: &[f64; 2]| force.abs() > NOTABLE * largest;
+                let ends = points.iter().position(is_notable).zip(points.iter().rposition(is_notable));
+                // the force is linear between points
+                let time = |i: usize| points[i.min(points.len() - 1)][0];
+                ends.map_or(0.0, |(first, last)| time(last + 1) - time(first.saturating_sub(1)))
             }
         }
     }
@@ -242,6 +244,15 @@ mod tests {
     }
 
     #[test]
+    fn points_last_as_long_as_their_lines() {
+        let duration = |points: &[[f64; 2]]| Force::Points(points.to_vec()).duration();
+        assert_eq!(duration(&[[0.0, 0.0], [2.0, 30.0], [4.0, 0.0]]), 4.0);
+        assert_eq!(duration(&[[0.0, 0.0], [10.0, 0.0], [12.0, 30.0], [14.0, 0.0], [90.0, 0.0]]), 4.0);
+        assert_eq!(duration(&[[0.0, 5.0], [1.0, 5.0]]), 1.0);
+        assert_eq!(duration(&[]), 0.0);
+    }
+
+    #[test]
     fn pulses_have_their_impulse() {
         let sum = |force: Force, end: f64| -> f64 {
             (0..10_000).map(|k| force.at((f64::from(k) + 0.5) * 1e-4 * end) * 1e-4 * end).sum()
@@ -258,6 +269,6 @@ mod tests {
             [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 4.5].map(|t| points.at(t)),
             [0.0, 1.0, 2.5, 4.0, 2.5, 1.0, 0.9]
         );
-        assert_eq!((points.largest(), points.duration()), (4.0, 3.0));
+        assert_eq!((points.largest(), points.duration()), (4.0, 8.0));
     }
 }
