@@ -4,7 +4,7 @@
 //! and recordings have them; `percuss check` prints those of the case.
 
 use crate::{
-    case::{Case, NOTED_CHANGE},
+    case::{Case, NOTED_CHANGE, Sizes},
     contact::Rule,
     exact::hertz::Hertz,
     grid::Back,
@@ -39,7 +39,7 @@ const EDGE_CELLS: f64 = 2.0;
 /// A warning about a case or its results.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Finding {
-    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `far`, `mass`, `strain`, `cells`, `near`, `loss`.
+    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `far`, `radius`, `mass`, `strain`, `cells`, `near`, `loss`.
     #[serde(rename = "about")]
     pub code: &'static str,
     /// The problem, its place and the remedy.
@@ -88,6 +88,9 @@ pub fn of_case(case: &Case) -> Vec<Finding> {
             ),
         );
     }
+    if let Some(text) = near_edge(case) {
+        warn("radius", text);
+    }
     match Trust::of(case) {
         Some(trust) if trust.is_notable() => warn("theory", trust.text(case)),
         Some(_) if case.scales.is_some() => {
@@ -121,6 +124,26 @@ pub fn codes<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Vec<&'stati
         }
     }
     codes
+}
+
+/// An outer edge of the mesh from which waves come back to the contact, or to a point or sensor, before the end:
+///
+/// ```text
+/// r_max < (r_contact + r + c·t_end)/2        r: of the contact or of the place
+/// ```
+fn near_edge(case: &Case) -> Option<String> {
+    let Sizes { outer_radius, contact_reach, steps, dt, .. } = case.sizes;
+    let points = case.record.points.iter().map(|[r, _]| *r);
+    let places = points.chain(case.record.sensors.iter().map(|sensor| sensor.r));
+    let farthest = places.fold(contact_reach, f64::max);
+    let least = 0.5 * (contact_reach + farthest + case.wave_speed() * steps as f64 * dt);
+    if case.target.radius.is_some() || outer_radius >= least {
+        return None;
+    }
+    let [given, least] = [outer_radius, 1.001 * least].map(|r| case.units().length.text(r));
+    Some(format!(
+        "waves come back from the outer edge of the mesh, r = {given}, where no body ends; leave mesh.outer_radius out, or make it {least} or more"
+    ))
 }
 
 /// Layers whose wave speeds are changed notably.
@@ -172,11 +195,16 @@ fn first_fall(case: &Case) -> f64 {
         Rule::Bilateral => case.shape().radius(),
         Rule::Unilateral | Rule::Prescribed | Rule::Load => case.shape().face_radius(),
     };
+    let radius = case.within_rims(radius);
     case.geometry.area(radius) * case.sizes.dt / case.indenter.mass
 }
 
-/// A body so light that the steps do not resolve its first instants, or by Hertz its largest force.
+/// A body so light that the steps do not resolve its first instants, or by Hertz its largest force. One that gives is no such body: waves in it bring its
+/// mass to bear.
 fn light_body(case: &Case) -> Option<String> {
+    if case.indenter.striker.is_some() {
+        return None;
+    }
     let of_face = first_fall(case);
     if of_face > LARGEST_FALL {
         let area = of_face * case.indenter.mass / case.sizes.dt;
@@ -205,7 +233,8 @@ fn unresolved_motion(fall: f64, (key, cells): (&str, usize)) -> String {
 /// A body that the largest drag slows too much within a step, if the case itself does not say so.
 fn slowed_body(case: &Case, validity: &Validity) -> Option<String> {
     let fall = validity.drag.value * (case.sizes.dt / (case.indenter.mass * case.impact.velocity));
-    (fall > LARGEST_FALL && light_body(case).is_none()).then(|| unresolved_motion(fall, case.mesh.density()))
+    (fall > LARGEST_FALL && case.indenter.striker.is_none() && light_body(case).is_none())
+        .then(|| unresolved_motion(fall, case.mesh.density()))
 }
 
 /// Strain above the limit. Dimensionless flat punches are exempt: their results scale with V0.

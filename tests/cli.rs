@@ -527,6 +527,35 @@ fn errors_of_the_simplified_theory_are_noted() {
 }
 
 #[test]
+fn an_edge_that_waves_come_back_from_is_noted() {
+    let folder = folder();
+    let said = |radius: &str, more: &str| {
+        let radius = format!("mesh.outer_radius={radius}");
+        let set = ["check", "elastic-fig5", "--set", "mesh.cells=20", "--set", &radius, "--set", more];
+        let output = percuss(folder.path(), &set);
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output).contains("waves come back from the outer edge of the mesh")
+    };
+    // r_contact + t_end/2 = 4, and half of what the point is farther out than the contact
+    assert!(said("3.9", "run.end_time=6") && !said("4.1", "run.end_time=6"));
+    assert!(said("4.1", "record.points=[[2,0.5]]") && !said("4.6", "record.points=[[2,0.5]]"));
+}
+
+#[test]
+fn a_material_that_is_given_whole_takes_the_place_of_another() {
+    let folder = folder();
+    let resolved = |set: &str| {
+        let first = "target.material={youngs_modulus=\"70 GPa\", poisson_ratio=0.25, density=\"2500 kg/m3\", yield_strength=\"100 MPa\"}";
+        let set = ["check", "ball", "--resolved", "--set", first, "--set", set];
+        let output = percuss(folder.path(), &set);
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).expect("text").contains("yield_strength")
+    };
+    let whole = "target.material={bulk_modulus=\"5 GPa\", poisson_ratio=0.39, density=\"1.19 g/cm3\"}";
+    assert!(!resolved(whole) && resolved("target.material.density=\"2600 kg/m3\""));
+}
+
+#[test]
 fn closed_forms_are_recorded_or_refused() {
     let folder = folder();
     let output = percuss(folder.path(), &["exact", "fig2a"]);

@@ -97,6 +97,10 @@ impl Expected {
         let rigidity = Rigidity::of(case);
         let modulus = case.modulus() / (1.0 + rigidity.map_or(0.0, |rigidity| rigidity.modulus_ratio));
         let hertz = Hertz::of_modulus(case, modulus)?;
+        // a target that ends within the contact is no half-space
+        if hertz.largest_radius() > case.within_rims(f64::INFINITY) {
+            return None;
+        }
         let struck = &case.target.layers[0];
         let is_isotropic = struck.stiffness.is_isotropic();
         let half_space = on_half_space(&hertz, case.target.material.shear_wave_speed).ok();
@@ -122,7 +126,9 @@ impl Expected {
             contact_radius: length.of(hertz.largest_radius()),
             indentation: length.of(hertz.largest_depth),
             pressure: stress.of(pressure),
-            restitution: half_space.filter(|_| is_isotropic).map(|impact| impact.restitution),
+            restitution: half_space
+                .filter(|_| is_isotropic && case.target.radius.is_none())
+                .map(|impact| impact.restitution),
             first_yield: [Some(of_target), of_indenter]
                 .into_iter()
                 .flatten()

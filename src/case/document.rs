@@ -121,7 +121,7 @@ impl Document {
             }
             let part = part.into_inner();
             replace(&mut table, &part);
-            merge(&mut table, part);
+            merge(&mut table, part, &source.text);
         }
         Ok(table)
     }
@@ -219,12 +219,15 @@ fn replace(earlier: &mut DeTable<'_>, later: &DeTable<'_>) {
     }
 }
 
-/// Puts the entries of `later` into `table`, table by table.
-fn merge<'t>(table: &mut DeTable<'t>, later: DeTable<'t>) {
+/// Puts the entries of `later` into `table`, table by table; a material or a body that is given whole, `{…}`, takes the place of an earlier one.
+///
+/// * `text`: that `later` is from
+fn merge<'t>(table: &mut DeTable<'t>, later: DeTable<'t>, text: &str) {
     for (key, value) in later {
         let name = key.get_ref().clone();
-        let rest = match table.get_mut(name.as_ref()) {
-            Some(earlier) => merge_value(earlier.get_mut(), value),
+        let is_whole = matches!(name.as_ref(), "material" | "body") && text[value.span()].starts_with('{');
+        let rest = match table.get_mut(name.as_ref()).filter(|_| !is_whole) {
+            Some(earlier) => merge_value(earlier.get_mut(), value, text),
             None => Some(value),
         };
         if let Some(value) = rest {
@@ -235,15 +238,19 @@ fn merge<'t>(table: &mut DeTable<'t>, later: DeTable<'t>) {
 }
 
 /// Puts a table into another one, or its entries, by their numbers from 1 on, into those of a list; any other value is returned.
-fn merge_value<'t>(earlier: &mut DeValue<'t>, later: Spanned<DeValue<'t>>) -> Option<Spanned<DeValue<'t>>> {
+fn merge_value<'t>(
+    earlier: &mut DeValue<'t>,
+    later: Spanned<DeValue<'t>>,
+    text: &str,
+) -> Option<Spanned<DeValue<'t>>> {
     let span = later.span();
     match (earlier, later.into_inner()) {
-        (DeValue::Table(table), DeValue::Table(more)) => merge(table, more),
+        (DeValue::Table(table), DeValue::Table(more)) => merge(table, more, text),
         (DeValue::Array(list), DeValue::Table(more)) if more.keys().all(|key| place(list, key).is_some()) => {
             for (key, value) in more {
                 let place = place(list, &key).and_then(|place| list.get_mut(place));
                 let element = place.expect("all keys are numbers of elements");
-                if let Some(value) = merge_value(element.get_mut(), value) {
+                if let Some(value) = merge_value(element.get_mut(), value, text) {
                     *element = value;
                 }
             }
