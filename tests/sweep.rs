@@ -382,6 +382,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         ),
         (&["fig5", "--vary", "indenter.mass=1,-1,2,-2", "--vary", "mesh.cells=20,30"], "case 3 and 1 others"),
         (&["fig5", "--vary", "indenter.mass=1,2", "--vary", "indenter.mass=3"], "varied twice"),
+        (&["fig5", "--vary", "indenter.mass=1,2", "--set", "indenter.mass=3"], "is set and varied"),
         (
             &["fig5", "--zip", "--vary", "indenter.mass=1,2", "--vary", "mesh.cells=20"],
             "has 2 and `mesh.cells` has 1",

@@ -50,6 +50,10 @@ impl Exact {
         let mut progress =
             Progress::new(&case, steps.form().last_step(), self.output.quiet, self.output.progress.every);
         progress.say(&format!("{}: {}", printable(&self.case.case), steps.form()));
+        if !(case.record.points.is_empty() && case.record.lines.is_empty() && case.record.sensors.is_empty())
+        {
+            progress.say("record.points, record.lines and record.sensor are left out: a closed form is that of the interface");
+        }
         let mut watch = |view: &View<'_>| {
             progress.advance(view.step);
             flow(&signal)

@@ -30,7 +30,7 @@ use crate::{
 /// Path of a recording and how it is computed.
 #[derive(Debug, Args)]
 pub(super) struct OutputArguments {
-    /// Recording to write [default: the name of the case with .mcap]
+    /// Recording to write [default: the name of the case with .mcap, of a closed form with -exact.mcap]
     #[arg(short, long, value_name = "OUT.mcap")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub(super) struct OutputArguments {
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     sync: Synchronise,
     /// Leave out what differs from run to run, time, machine and number of threads: the recording of a case by the same version of
-    /// percuss has one hash
+    /// percuss has one hash, if it takes less than --set run.checkpoint_every and is not resumed
     #[arg(long)]
     reproducible: bool,
     /// Print errors only

@@ -100,6 +100,10 @@ impl StudyArguments {
         let result = pool.install(|| study(&cases, &plan, |step| progress.advance(step)));
         progress.end();
         let study = result?;
+        let is_found = |name: &&String| study.quantities.iter().any(|quantity| quantity.name == **name);
+        for name in self.measures.iter().filter(|name| !is_found(name)) {
+            progress.say(&format!("no mesh has a value of `{name}`"));
+        }
         print(&(table(finest, &study) + &changes(&cases) + &warned(&study)))?;
         if let Some((path, format)) = output {
             percuss_output::write(path, format(finest, &study).as_bytes(), self.force)?;

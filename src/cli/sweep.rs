@@ -345,6 +345,11 @@ impl SweepArguments {
     /// Records the worst case, if that is asked for, and writes the summary.
     fn finish(&self, mut work: Work) -> Result<Exit, CliError> {
         let Work { folder, plan, done, limits, journal } = &mut work;
+        if let Keep::Worst(key) = &plan.request.keep
+            && done.entries.values().all(|entry| entry.measures.get(key).is_none())
+        {
+            self.say(&format!("no case has a value of `{key}`: no recording is kept"));
+        }
         let jobs = folder.last_jobs(plan, done)?;
         if !jobs.is_empty() {
             let signal = watch_signals()?;

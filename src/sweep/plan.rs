@@ -132,6 +132,13 @@ impl Plan {
         let vary = std::mem::take(&mut request.vary);
         request.vary = vary.into_iter().map(|vary| vary.resolved(folder)).collect::<Result<_, _>>()?;
         let axes = axes(&request.vary, request.combine)?;
+        let set = |key: &&String| {
+            request.set.iter().any(|set| set.split_once('=').is_some_and(|(name, _)| name.trim() == *key))
+        };
+        if let Some(key) = axes.iter().flat_map(|axis| &axis.keys).find(set) {
+            let text = format!("`{key}` is set and varied: keep one of them");
+            return Err(SpecError::Incompatible(text).into());
+        }
         let base = base(&mut request, folder)?.overrides(&request.set);
         let count = axes.iter().map(|axis| axis.rows.len()).product();
         let check = |number: usize| {

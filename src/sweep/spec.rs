@@ -363,9 +363,13 @@ fn same_kind(a: &str, b: &str) -> Option<([f64; 2], &'static str)> {
 
 /// The values of a list, cut at commas outside of brackets and quotes.
 fn split(text: &str) -> Vec<String> {
-    let (mut values, mut depth, mut quote) = (vec![String::new()], 0, None);
+    let (mut values, mut depth, mut quote, mut escaped) = (vec![String::new()], 0, None, false);
     for c in text.chars() {
+        // as in a text of TOML: \" does not end it
+        let is_escaped = escaped;
+        escaped = quote == Some('"') && c == '\\' && !is_escaped;
         match (quote, c) {
+            _ if is_escaped => {}
             (Some(open), c) if c == open => quote = None,
             (None, '"' | '\'') => quote = Some(c),
             (None, '[' | '{') => depth += 1,
@@ -436,6 +440,7 @@ mod tests {
             ("m=1,2,5,10", vec!["1", "2", "5", "10"]),
             ("m=steel, \"glass, hard\"", vec!["steel", "\"glass, hard\""]),
             ("p=[0.0, 0.5],[1]", vec!["[0.0, 0.5]", "[1]"]),
+            (r#"m="3\" a","4\\","5, 6""#, vec![r#""3\" a""#, r#""4\\""#, "\"5, 6\""]),
             ("m=0.1:0.4:4", vec!["0.1", "0.2", "0.3", "0.4"]),
             ("m=1:100:3:log", vec!["1", "10.0", "100"]),
             ("m=1 g:3 g:3", vec!["1 g", "2.0 g", "3 g"]),

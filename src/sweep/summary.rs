@@ -70,7 +70,7 @@ fn row(
         CellType::Double => {
             number_of(value, geometry).map_or(Cell::Empty, |(number, _)| Cell::Double(number))
         }
-        _ => Cell::Text(value.trim_matches('"').to_owned()),
+        _ => Cell::Text(text_of(value)),
     });
     let measured = entry.measures.values(interfaces).map(|value| value.map_or(Cell::Empty, Cell::Double));
     let start = [Cell::UInt(number as u64)].into_iter();
@@ -88,6 +88,14 @@ fn column_unit(plan: &Plan, column: usize) -> Option<Option<String>> {
     let mut values = plan.column(column).map(|value| number_of(value, plan.first.geometry));
     let (_, unit) = values.next()??;
     values.all(|value| value.is_some_and(|(_, other)| other == unit)).then(|| unit.map(str::to_owned))
+}
+
+/// A value of a case file for people: a text without its quotes.
+fn text_of(value: &str) -> String {
+    match value.parse() {
+        Ok(toml::Value::String(text)) => text,
+        _ => value.trim_matches('"').to_owned(),
+    }
 }
 
 /// A value of a case file as a number, a quantity in SI with its unit.
