@@ -1,4 +1,4 @@
-"""Puts the programs into the wheel, with the licences of what they are made of."""
+"""Puts the programs into the wheel, with its licences and those of what they are made of."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGES = {"percuss": "percuss", "percuss-reader": "percuss-read"}
 """Packages of the workspace and their programs."""
+LICENCES = ["LICENSE-MIT", "LICENSE-APACHE"]
+NOTICES = "tools/release/notices"
+"""Program of the workspace that writes the licences of others."""
 FOLDER = "PERCUSS_PROGRAMS"
 """Variable of the environment with the folder of programs that are built already."""
 
@@ -25,11 +28,15 @@ class Programs(BuildHookInterface):  # type: ignore[type-arg]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         workspace = Path(self.root).parents[1]
+        if not (workspace / NOTICES).exists():
+            raise SystemExit("percuss: the wheel is built in a clone or from its repository, not of a source distribution.")
         given = os.environ.get(FOLDER)
         folder = Path(given) if given else build(workspace)
         programs = [folder / name for name in PACKAGES.values()]
         build_data["shared_scripts"] = {str(program): program.name for program in programs}
-        build_data["force_include"] = {str(self.notices(workspace)): "percuss/THIRD-PARTY.txt"}
+        licences = f"percuss-{self.metadata.version}.dist-info/licenses"
+        build_data["force_include"] = {str(workspace / name): f"{licences}/{name}" for name in LICENCES}
+        build_data["force_include"][str(self.notices(workspace))] = "percuss/THIRD-PARTY.txt"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform(programs)}"
 
@@ -37,7 +44,7 @@ class Programs(BuildHookInterface):  # type: ignore[type-arg]
         """Writes the licences of all packages in the programs; they go with the build."""
         self.work = tempfile.TemporaryDirectory()
         path = Path(self.work.name) / "notices"
-        subprocess.run([sys.executable, workspace / "tools/release/notices", "-o", path], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([sys.executable, workspace / NOTICES, "-o", path], check=True, stdout=subprocess.DEVNULL)
         return path
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
@@ -47,10 +54,10 @@ class Programs(BuildHookInterface):  # type: ignore[type-arg]
 def build(workspace: Path) -> Path:
     """Builds the programs with cargo; returns their folder."""
     cargo = shutil.which("cargo")
-    if cargo is None or not (workspace / "Cargo.toml").exists():
+    if cargo is None:
         raise SystemExit(
-            "percuss: the wheel contains two programs in Rust. Build it in a clone or from its repository where Rust is installed "
-            f"(https://rustup.rs), or set {FOLDER} to a folder with both programs."
+            "percuss: the wheel contains two programs in Rust. Build it where Rust is installed (https://rustup.rs), or set "
+            f"{FOLDER} to a folder with both programs."
         )
     packages = [f"--package={package}" for package in PACKAGES]
     target = os.environ.get("CARGO_TARGET_DIR", workspace / "target")

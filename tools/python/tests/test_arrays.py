@@ -134,6 +134,30 @@ def test_interfaces_stand_twice(recordings: dict[str, Path]) -> None:
     assert "layer" not in percuss.open(recordings["ball"]).field("stress", t=1e-5).coords
 
 
+def test_layers_of_an_indenter_that_gives() -> None:
+    striker = {"layer": [{"thickness": "4 mm", "material": "pmma"}, {"thickness": "10 mm", "material": "steel"}]}
+    case = {
+        "title": "two layers on two layers",
+        "model": "elastic",
+        "target": {"layer": [{"thickness": "3 mm", "material": "glass"}, {"thickness": "2 mm", "material": "pmma"}]},
+        "indenter": {"shape": "sphere", "radius": "5 mm", "nose_radius": "5 mm", "body": striker},
+        "impact": {"velocity": "5 m/s"},
+        "mesh": {"contact_cells": 8},
+        "run": {"end_time": "1 us"},
+        "record": {"frames": 2, "lines": [{"r": "0 mm"}]},
+    }
+    run = percuss.run(case)
+    ends = {-1: [-0.014, -0.004], 0: [-0.004, 0], 1: [0, 0.003], 2: [0.003, 0.005]}
+    for array in [run.field("stress", t=1e-6), run.line(0)]:
+        assert list(np.unique(array.layer)) == list(ends)
+        for number, (top, bottom) in ends.items():
+            part = array.isel(z=array.layer == number)
+            # recorded out to a depth only
+            assert number == -1 or part.z.values[0] == pytest.approx(top, abs=1e-12)
+            assert part.z.values[-1] == pytest.approx(bottom, abs=1e-12) and part.indexes["z"].is_unique
+            assert -0.0141 < part.z.values[0]
+
+
 def test_selected_times(recordings: dict[str, Path]) -> None:
     run = percuss.open(recordings["flat"])
     frames = run.field("stress")

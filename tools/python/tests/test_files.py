@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import random
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pandas
 import percuss
 import pytest
 from conftest import Programs
@@ -56,6 +58,63 @@ def test_only_chunks_asked_for_are_read_and_verified(recordings: dict[str, Path]
             read()
     # it is a record of the run: no message is read
     assert run.summary == whole.summary
+
+
+def wrong(recording: Path, text: bytes, folder: Path) -> Path:
+    """A recording with a wrong last byte of what is the last such text of it."""
+    data = bytearray(recording.read_bytes())
+    data[data.rindex(text) + len(text) - 1] ^= 64
+    path = folder / "wrong.mcap"
+    path.write_bytes(data)
+    return path
+
+
+def test_damaged_records(recordings: dict[str, Path], tmp_path: Path) -> None:
+    whole = percuss.open(recordings["flat"])
+    peak = whole.metadata["percuss.summary"]["peak_force"]
+    # measured from the messages
+    run = percuss.open(wrong(whole.path, peak.encode(), tmp_path))
+    assert "percuss.summary" not in run.metadata and run.summary == whole.summary
+    rate = b"playback_rate" + len(whole.metadata["percuss.run"]["playback_rate"]).to_bytes(4, "little")
+    for text in [rate, rate + whole.metadata["percuss.run"]["playback_rate"].encode()]:
+        with pytest.raises(percuss.RecordingError, match="is damaged: percuss.run: .*recover"):
+            percuss.open(wrong(whole.path, text, tmp_path))
+    run = percuss.open(wrong(whole.path, b"shear_wave_speed", tmp_path))
+    assert run.drag.equals(whole.drag)
+    with pytest.raises(percuss.RecordingError, match="is damaged: case.resolved.toml: its checksum is another one; .*recover"):
+        run.case
+    with pytest.raises(percuss.RecordingError, match="no sound MCAP file: its checksum is another one; .*recover"):
+        percuss.open(wrong(whole.path, b"/drag", tmp_path))
+    # records of format 2.1 have no checksum
+    former = percuss.open(wrong(recordings["flat-2.1"], rate + b"1", tmp_path))
+    with pytest.raises(percuss.RecordingError, match="is damaged: percuss.run: could not convert"):
+        former.profile(t=1)
+
+
+@pytest.mark.parametrize("name", ["ball", "flat", "flat-2.1"])
+def test_damage_is_an_error_or_harmless(recordings: dict[str, Path], name: str, tmp_path: Path) -> None:
+    reads: list[Callable[[percuss.Recording[pandas.DataFrame]], object]] = [
+        lambda run: run.drag.to_numpy().tobytes(),
+        lambda run: run.events.to_csv(),
+        lambda run: run.profile(t=1e-5).values.tobytes(),
+        lambda run: run.field("stress", t=1e-5).values.tobytes(),
+        lambda run: name == "flat-2.1" or run.summary,
+        lambda run: run.case,
+    ]
+    whole = percuss.open(recordings[name])
+    data = whole.path.read_bytes()
+    path = tmp_path / "damaged.mcap"
+    dice = random.Random(1)
+    for _ in range(100):
+        damaged = bytearray(data)
+        # half of them near the end, where index and metadata are
+        damaged[-dice.randrange(1, dice.choice([20_000, len(data)]))] ^= 1 << dice.randrange(8)
+        path.write_bytes(damaged)
+        for read in reads:
+            try:
+                assert read(percuss.open(path)) == read(whole)
+            except percuss.RecordingError:
+                pass
 
 
 def test_a_recording_that_is_cut_off(recordings: dict[str, Path], tmp_path: Path) -> None:

@@ -5,13 +5,16 @@ from __future__ import annotations
 import io
 import json
 import os
+import pickle
 import signal
+import subprocess
 import sys
 import sysconfig
 import threading
 import time
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any, assert_type
@@ -41,6 +44,8 @@ def test_the_wheel_is_installed(program: Programs) -> None:
     assert Path(percuss.__file__).is_relative_to(sysconfig.get_path("purelib"))
     for name in ["percuss", "percuss-read"]:
         assert program(name, "--version").split()[1] == metadata.version("percuss")
+    names = [file.name for file in metadata.files("percuss") or []]
+    assert {"LICENSE-MIT", "LICENSE-APACHE", "THIRD-PARTY.txt"} <= {*names}
 
 
 def test_run_by_name(program: Programs, tmp_path: Path) -> None:
@@ -54,6 +59,31 @@ def test_run_by_name(program: Programs, tmp_path: Path) -> None:
     assert folder.exists()
     del run
     assert not folder.exists()
+
+
+def test_keys_with_dots(tmp_path: Path) -> None:
+    run = percuss.run("fig5", output=tmp_path / "fig5.mcap", **{"mesh.cells": 20})
+    form = percuss.exact("fig5", output=tmp_path / "exact.mcap", **{"mesh.cells": 20})
+    done = percuss.sweep("fig5", {"indenter.mass": [1]}, output=tmp_path / "s", **{"mesh.cells": 20})
+    assert_type(run, percuss.Recording[Any])
+    assert_type(form, percuss.Recording[Any])
+    assert_type(done, percuss.Sweep[Any])
+    for recording in [run, form, done.recording(1)]:
+        assert recording.case["mesh"]["cells"] == 20
+
+
+def test_recordings_move_to_other_folders_and_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run = percuss.run("fig5", output="fig5.mcap", **SMALL)
+    done = percuss.sweep("fig5", {"indenter.mass": [1]}, output="s", **SMALL)
+    assert run.path == tmp_path / "fig5.mcap" and done.path == tmp_path / "s"
+    monkeypatch.chdir("/")
+    assert len(run.drag) == run.topics["/drag"] and list(done.summary["case"]) == [1]
+    copy = pickle.loads(pickle.dumps(run))
+    assert copy.drag.equals(run.drag) and copy.probes.equals(run.probes)
+    assert pickle.loads(pickle.dumps(done)).recording(1).path == done.recording(1).path
+    with pytest.raises(percuss.Error, match="is temporary, .* give it an `output`"):
+        pickle.dumps(percuss.run("fig5", **SMALL))
 
 
 def test_run_of_a_file(tmp_path: Path) -> None:
@@ -107,7 +137,7 @@ def test_errors_have_place_and_cause(tmp_path: Path) -> None:
     with pytest.raises(percuss.CaseError, match=r"`run.bounces` = 3 .* set it to 1"):
         percuss.run("ball", run={"bounces": 3})
     with pytest.raises(ValueError, match="is none of pandas"):
-        percuss.run("fig5", tables="excel")  # type: ignore[call-overload]
+        percuss.run("fig5", tables="excel")
     with pytest.raises(percuss.RunError, match="/none/"):
         percuss.run("fig5", output="/none/fig5.mcap", **SMALL)
 
@@ -139,6 +169,10 @@ def test_sweep(program: Programs, tmp_path: Path) -> None:
     assert again.summary.sizes == {"case": 4} and again.summary.peak_force.attrs["units"] == "πR²γc_p²"
     with pytest.raises(percuss.CaseError, match=r"none has been run(.|\n)*`indenter.mass` = -1"):
         percuss.sweep("fig5", {"indenter.mass": [1, -1]}, **SMALL)
+    with pytest.raises(percuss.CaseError, match="2 of 2 cases are wrong(.|\n)*did you mean `mesh.cells`") as raised:
+        percuss.sweep("fig5", {"indenter.mass": [1, -1]}, mesh={"cels": 20})
+    [problem] = raised.value.problems
+    assert problem.message == "unknown key `mesh.cels`" and problem.place == ("--set", 1, 6)
 
 
 def test_failed_cases_stand_in_the_summary(tmp_path: Path) -> None:
@@ -191,6 +225,38 @@ def test_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert percuss.open(part).metadata["percuss.status"]["status"] == "interrupted" and not output.exists()
     with pytest.raises(percuss.RunError, match="long.mcap.part"):
         percuss.run("fig5", output=output, **LONG)
+
+
+ENDED = """
+import percuss, signal, sys, threading
+signal.signal(signal.SIGINT, signal.default_int_handler)
+keys = {"output": sys.argv[1], "mesh.cells": 400, "run.end_time": 60}
+if sys.argv[2] == "main":
+    percuss.run("fig5", **keys)
+thread = threading.Thread(target=percuss.run, args=["fig5"], kwargs=keys)
+thread.start()
+thread.join()
+"""
+
+
+@pytest.mark.parametrize(
+    ("thread", "ending"), [("main", signal.SIGTERM), ("main", signal.SIGKILL), ("other", signal.SIGTERM), ("other", signal.SIGINT)]
+)
+def test_the_end_of_python(tmp_path: Path, thread: str, ending: signal.Signals) -> None:
+    """It ends the program, which leaves a part to go on with."""
+    part = tmp_path / "long.mcap.part"
+    command = [sys.executable, "-c", ENDED, str(tmp_path / "long.mcap"), thread]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True) as python:
+        while not (part.exists() and part.stat().st_size > 100_000):
+            time.sleep(0.05)
+        # Ctrl-C goes to all of its group
+        (os.killpg if ending == signal.SIGINT else os.kill)(python.pid, ending)
+    for _ in range(600):
+        time.sleep(0.05)
+        with suppress(percuss.RecordingError):
+            assert percuss.open(part).metadata["percuss.status"]["status"] == "interrupted"
+            return
+    raise AssertionError("it goes on")
 
 
 def test_resumption(program: Programs, tmp_path: Path) -> None:

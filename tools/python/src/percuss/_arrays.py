@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import RecordingError
-from ._file import File
+from ._file import File, sound
 
 if TYPE_CHECKING:
     import xarray
@@ -36,7 +36,8 @@ def pick(file: File, topic: str, t: Times, every: int) -> NDArray[np.intp]:
     log_times = file.index(topic).log_times
     if log_times.size == 0:
         raise RecordingError(f"{file.path} has no message of {topic}")
-    scale = 1e9 * float(file.metadata["percuss.run"]["playback_rate"])
+    with sound(file.damaged("percuss.run")):
+        scale = 1e9 * float(file.metadata["percuss.run"]["playback_rate"])
     if not isinstance(t, slice):
         if t is None:
             return np.arange(0, log_times.size, every)
@@ -103,7 +104,10 @@ def read_arrays(
         coordinates[dim] = (dim, axis, {} if dim == "point" else {"units": length})
         repeats = np.diff(axis) == 0.0
         if dim == "z" and repeats.any():
-            coordinates["layer"] = (dim, np.concatenate([[1], 1 + np.cumsum(repeats)]))
+            layers = np.concatenate([[1], 1 + np.cumsum(repeats)])
+            # the target begins at the last row with z = 0, behind the rows of an indenter that gives
+            surface = np.searchsorted(axis, 0.0, "right") - 1
+            coordinates["layer"] = (dim, layers + 1 - layers[surface])
     variables = {}
     for field in fields:
         values = stacks[field][:, :largest].reshape(picks.size, *(axis.size for axis in axes))

@@ -38,7 +38,7 @@ class CaseError(Error, ValueError):
     def __init__(self, text: str, problems: tuple[Problem, ...] = ()) -> None:
         super().__init__(text)
         self.problems = problems
-        """The problems of the case; empty if it is what is asked of it that is not possible."""
+        """The problems of the case; empty if it is what is asked of it that is not possible, as values that vary."""
 
 
 class RunError(Error, RuntimeError):

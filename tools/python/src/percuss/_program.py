@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from importlib import metadata
 
@@ -17,6 +18,9 @@ from ._errors import CaseError, Error, Place, Problem, RunError
 
 INTERVAL = 0.5
 """Time between lines of progress [s]."""
+GUARD = 'trap : INT TERM HUP; read -r ended || kill -INT "$1"'
+"""Of the shell: interrupts a process, once, where a signal or the end of Python ends the input before a line that says that the process
+has ended."""
 INVALID = 2
 """Exit status of the program where the case or its arguments are invalid."""
 
@@ -42,7 +46,8 @@ def find(name: str) -> str:
 def execute(verb: str, *arguments: str, progress: bool | None = False) -> str:
     """Runs a verb of `percuss`, and returns what it prints.
 
-    An interruption, as by Ctrl-C or of the kernel of a notebook, interrupts the program, and is raised once that has ended.
+    An interruption, as by Ctrl-C or of the kernel of a notebook, interrupts the program, and is raised once that has ended. The end
+    of Python, whatever its cause, interrupts the program too, but in a thread not where its whole process group is killed.
 
     Args:
         verb: The verb.
@@ -55,26 +60,33 @@ def execute(verb: str, *arguments: str, progress: bool | None = False) -> str:
     """
     if progress is None:
         progress = sys.stderr.isatty() or hasattr(sys, "ps1")
-    # in a group of its own the program has one signal of Ctrl-C: a second one would end it at once
     command = [find("percuss"), verb, *([f"--progress-every={INTERVAL}"] if progress else []), *arguments]
+    # Python interrupts its main thread only: for others the guard has the signals of the terminal, too
+    is_main = threading.current_thread() is threading.main_thread()
     bar = Bar()
     said: list[str] = []
+    # in a group of its own the program has one signal of Ctrl-C: a second one would end it at once
     with (
         tempfile.TemporaryFile("w+", encoding="utf-8") as output,
         subprocess.Popen(command, stdout=output, stderr=subprocess.PIPE, encoding="utf-8", process_group=0) as child,
+        subprocess.Popen(
+            ["/bin/sh", "-c", GUARD, "sh", str(child.pid)], stdin=subprocess.PIPE, encoding="utf-8", start_new_session=is_main
+        ) as guard,
     ):
         assert child.stderr is not None
         try:
             for line in child.stderr:
                 if not (progress and bar.advance(line)):
                     said.append(line)
+            status = child.wait()
         except BaseException:
             child.send_signal(signal.SIGINT)
             child.stderr.read()
             child.wait()
             bar.end(False)
             raise
-        status = child.wait()
+        finally:
+            guard.communicate("\n")
         bar.end(status == 0)
         output.seek(0)
         printed = output.read()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic
 
 from ._arrays import Times, pick, read_arrays
 from ._errors import RecordingError
-from ._file import File
+from ._file import File, sound
 from ._measures import interfaces, measure, recorded, units_of
 from ._tables import Columns, Maker, Table_co, read_columns
 
@@ -36,7 +36,7 @@ class Recording(Generic[Table_co]):
             make: Makes tables.
             folder: What keeps the folder of the file, as long as the recording is used.
         """
-        self._file = File(path)
+        self._file = File(path, MEASURES)
         self._make = make
         self._folder = folder
         self._columns: dict[str, Columns] = {}
@@ -66,7 +66,9 @@ class Recording(Generic[Table_co]):
     @cached_property
     def case(self) -> dict[str, Any]:
         """The complete case, with every default, as `percuss check --resolved` prints it."""
-        return tomllib.loads(self._file.attachment("case.resolved.toml").decode())
+        text = self._file.attachment("case.resolved.toml")
+        with sound(self._file.damaged("case.resolved.toml")):
+            return tomllib.loads(text.decode())
 
     def units(self, topic: str) -> dict[str, str]:
         """Units of the fields of a topic, `{"force": "N", …}`; plain numbers have none."""
@@ -105,16 +107,17 @@ class Recording(Generic[Table_co]):
     def summary(self) -> dict[str, float | None]:
         """What `percuss-read summary` measures, the same numbers, in `summary_units`; None for what the recording does not say.
 
-        A whole recording of format 2.3 of a run that was finished has them as a record, and no message is read. Of all others they are
-        computed from the messages.
+        A whole recording of format 2.3 of a run that was finished has them as a record, and no message is read. Of all others, and where
+        that record is damaged, they are computed from the messages.
         """
         validity = self.metadata.get("percuss.validity", {})
-        if self._is_whole and MEASURES in self.metadata:
-            return recorded(self.metadata[MEASURES], validity)
-        drag, velocity, energy, events = (
-            self._read(topic) if topic in self.topics else None for topic in ["/drag", "/velocity", "/energy", "/event"]
-        )
-        return measure(drag, velocity, energy, events, validity)
+        with sound(self._file.damaged("its metadata")):
+            if self._is_whole and MEASURES in self.metadata:
+                return recorded(self.metadata[MEASURES], validity)
+            drag, velocity, energy, events = (
+                self._read(topic) if topic in self.topics else None for topic in ["/drag", "/velocity", "/energy", "/event"]
+            )
+            return measure(drag, velocity, energy, events, validity)
 
     @property
     def _is_whole(self) -> bool:
@@ -184,7 +187,8 @@ class Recording(Generic[Table_co]):
         Only the chunks with the frames asked for are read. Select times if a recording is larger than the memory.
 
         In a target of several layers the depth of an interface stands twice in `z`, first for the layer above, then for the one
-        below, as what jumps there stays a jump. The coordinate `layer`, from 1 on, tells them apart: within one,
+        below, as what jumps there stays a jump; so does z = 0 under an indenter that gives, whose rows come first. The coordinate
+        `layer` tells them apart: 1, 2, … in the target, 0, -1, … in the indenter, up from its nose. Within one,
         `field.isel(z=field.layer == 2)`, depths are unique, as `sel(z=…, method="nearest")` needs them.
 
         Args:

@@ -10,12 +10,12 @@ import tempfile
 import weakref
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._errors import CaseError, RunError
+from ._errors import CaseError, Error, RunError
 from ._program import execute
 from ._recording import Recording
 from ._sweep import Sweep
@@ -39,6 +39,9 @@ class Folder:
         self.path = Path(tempfile.mkdtemp(prefix="percuss-"))
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
+    def __reduce__(self) -> NoReturn:
+        raise Error(f"{self.path} is temporary, and what is in it cannot be pickled: give it an `output`")
+
 
 @overload
 def run(
@@ -57,6 +60,8 @@ def run(case: Case, *, tables: Literal["xarray"], **options: Any) -> Recording[x
 def run(case: Case, *, tables: Literal["polars"], **options: Any) -> Recording[polars.DataFrame]: ...
 @overload
 def run(case: Case, *, tables: Literal["numpy"], **options: Any) -> Recording[NDArray[np.void]]: ...
+@overload
+def run(case: Case, **options: Any) -> Recording[Any]: ...
 def run(
     case: Case,
     *,
@@ -108,6 +113,8 @@ def exact(case: Case, *, tables: Literal["xarray"], **options: Any) -> Recording
 def exact(case: Case, *, tables: Literal["polars"], **options: Any) -> Recording[polars.DataFrame]: ...
 @overload
 def exact(case: Case, *, tables: Literal["numpy"], **options: Any) -> Recording[NDArray[np.void]]: ...
+@overload
+def exact(case: Case, **options: Any) -> Recording[Any]: ...
 def exact(
     case: Case,
     *,
@@ -159,6 +166,8 @@ def sweep(case: Case, vary: Mapping[str, Any], *, tables: Literal["xarray"], **o
 def sweep(case: Case, vary: Mapping[str, Any], *, tables: Literal["polars"], **options: Any) -> Sweep[polars.DataFrame]: ...
 @overload
 def sweep(case: Case, vary: Mapping[str, Any], *, tables: Literal["numpy"], **options: Any) -> Sweep[NDArray[np.void]]: ...
+@overload
+def sweep(case: Case, vary: Mapping[str, Any], **options: Any) -> Sweep[Any]: ...
 def sweep(
     case: Case,
     vary: Mapping[str, str | Iterable[Any]],
@@ -191,7 +200,8 @@ def sweep(
         settings: Keys that are set in all cases, as of `run`.
 
     Raises:
-        CaseError: A case or what varies is invalid; none has been run.
+        CaseError: A case or what varies is invalid; none has been run. `problems` has those of `case` and `settings`; those of
+            values that vary stand in the text only.
         RunError: The folder cannot be written, or is another one's. Cases that fail are no error: the summary says which.
         KeyboardInterrupt: The sweep was interrupted; the same call with its `output` goes on.
         ValueError: There are no such tables.
@@ -202,13 +212,22 @@ def sweep(
     given += [] if lhs is None else [f"--lhs={lhs}", f"--seed={seed}"]
     for key, values in vary.items():
         given.append(f"--vary={key}={values if isinstance(values, str) else ','.join(map(literal, values))}")
+    base = _given(case, settings, folder)
     try:
-        execute("sweep", *given, *_given(case, settings, folder), progress=progress)
+        execute("sweep", *given, *base, progress=progress)
+    except CaseError as error:
+        text = " ".join(str(error).split())
+        try:
+            _check(base)
+        except CaseError as every:
+            # a key that is missing there may be one that varies
+            error.problems = tuple(problem for problem in every.problems if problem.message in text)
+        raise
     except RunError as error:
         # all have been computed, and the summary says which have failed
         if not re.match(r"\d+ of \d+ cases failed: ", str(error)):
             raise
-    return Sweep(path, make, folder)
+    return Sweep(path, make, folder if output is None else None)
 
 
 def _given(case: Case, settings: Mapping[str, Any], folder: Folder) -> list[str]:

@@ -27,7 +27,7 @@ class Sweep(Generic[Table_co]):
             make: Makes tables.
             folder: What keeps the folder, as long as the sweep is used.
         """
-        self.path = path
+        self.path = path.absolute()
         """The folder; that of a sweep without an output is there as long as this object and recordings of it."""
         self._make = make
         self._folder = folder
