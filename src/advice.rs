@@ -88,8 +88,8 @@ pub fn of_case(case: &Case) -> Vec<Finding> {
             ),
         );
     }
-    if let Some(text) = near_edge(case) {
-        warn("radius", text);
+    if let Some((code, text)) = near_edge(case) {
+        warn(code, text);
     }
     match Trust::of(case) {
         Some(trust) if trust.is_notable() => warn("theory", trust.text(case)),
@@ -126,24 +126,28 @@ pub fn codes<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Vec<&'stati
     codes
 }
 
-/// An outer edge of the mesh from which waves come back to the contact, or to a point or sensor, before the end:
+/// An outer edge of the mesh from which waves come back before the end to the contact, or to a point or sensor that is recorded, which is another finding:
 ///
 /// ```text
 /// r_max < (r_contact + r + c·t_end)/2        r: of the contact or of the place
 /// ```
-fn near_edge(case: &Case) -> Option<String> {
+fn near_edge(case: &Case) -> Option<(&'static str, String)> {
     let Sizes { outer_radius, contact_reach, steps, dt, .. } = case.sizes;
+    let least = |r: f64| 0.5 * (contact_reach + r + case.wave_speed() * steps as f64 * dt);
     let points = case.record.points.iter().map(|[r, _]| *r);
-    let places = points.chain(case.record.sensors.iter().map(|sensor| sensor.r));
-    let farthest = places.fold(contact_reach, f64::max);
-    let least = 0.5 * (contact_reach + farthest + case.wave_speed() * steps as f64 * dt);
-    if case.target.radius.is_some() || outer_radius >= least {
-        return None;
-    }
-    let [given, least] = [outer_radius, 1.001 * least].map(|r| case.units().length.text(r));
-    Some(format!(
-        "waves come back from the outer edge of the mesh, r = {given}, where no body ends; leave mesh.outer_radius out, or make it {least} or more"
-    ))
+    let farthest = points.chain(case.record.sensors.iter().map(|sensor| sensor.r)).fold(0.0, f64::max);
+    let is_met = |r: f64| outer_radius < least(r);
+    let (code, place, r) = match (is_met(contact_reach), is_met(farthest)) {
+        _ if case.target.radius.is_some() => return None,
+        (true, _) => ("radius", "", contact_reach),
+        (false, true) => ("far", " to what is recorded", farthest),
+        (false, false) => return None,
+    };
+    let [given, least] = [outer_radius, 1.001 * least(r)].map(|r| case.units().length.text(r));
+    let text = format!(
+        "waves come back{place} from the outer edge of the mesh, r = {given}, where no body ends; leave mesh.outer_radius out, or make it {least} or more"
+    );
+    Some((code, text))
 }
 
 /// Layers whose wave speeds are changed notably.

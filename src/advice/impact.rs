@@ -67,9 +67,11 @@ pub struct FirstYield {
     pub velocity: f64,
 }
 
-/// The echo of the back.
+/// The echo of what the layers lie on.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Echo {
+    /// The back of the target, or a half-space below its layers.
+    pub of: &'static str,
     /// Time of longitudinal waves through the target and back.
     pub time: f64,
     /// True if the contact is over by then.
@@ -104,8 +106,10 @@ impl Expected {
         let struck = &case.target.layers[0];
         let is_isotropic = struck.stiffness.is_isotropic();
         let half_space = on_half_space(&hertz, case.target.material.shear_wave_speed).ok();
-        let ways = case.target.layers.iter().map(|layer| Some(2.0 * layer.thickness? / layer.wave_speed));
-        let echo = ways.sum::<Option<f64>>();
+        let layers = case.target.layers.iter();
+        let ways: Vec<f64> =
+            layers.filter_map(|layer| Some(2.0 * layer.thickness? / layer.wave_speed)).collect();
+        let echo = (!ways.is_empty()).then(|| ways.iter().sum::<f64>());
         let pressure = hertz.pressure(0.0, hertz.largest_depth);
         let first_yield = |(body, material, strength): (_, &str, Option<f64>)| {
             let yield_strength = strength?;
@@ -134,7 +138,11 @@ impl Expected {
                 .flatten()
                 .filter_map(first_yield)
                 .collect(),
-            echo: echo.map(|echo| Echo { time: time.of(echo), is_thick: echo >= hertz.duration() }),
+            echo: echo.map(|echo| Echo {
+                of: if case.target.thickness.is_some() { "back" } else { "half-space below" },
+                time: time.of(echo),
+                is_thick: echo >= hertz.duration(),
+            }),
             plate: plate(case, &hertz),
             units,
         })
@@ -173,7 +181,7 @@ impl Expected {
                 ),
             ));
         }
-        rows.extend(self.echo.map(|Echo { time: echo, is_thick }| {
+        rows.extend(self.echo.map(|Echo { of, time: echo, is_thick }| {
             let back = text(time, echo);
             let what = match (is_thick, self.plate) {
                 (true, _) => "when the contact is over: a thick target".into(),
@@ -184,7 +192,7 @@ impl Expected {
                     format!("the contact lasts {:.1} times as long: no half-space", self.duration / echo)
                 }
             };
-            ("echo", format!("of the back after {back}, {what}"))
+            ("echo", format!("of the {of} after {back}, {what}"))
         }));
         rows.extend(self.plate.map(|Plate { inelasticity, bending_wave, is_thin, impact }| {
             let impact = match impact {
