@@ -275,7 +275,12 @@ fn write(
                 let tag = i as u32 + 2;
                 match (&table.columns[*column][row], kinds[*column]) {
                     (Cell::Empty, _) => {}
+                    (Cell::Bool(truth), Type::Bool) => encoding::bool::encode(tag, truth, &mut data),
                     (Cell::Int(count), Type::Int64) => encoding::int64::encode(tag, count, &mut data),
+                    (Cell::UInt(count), Type::Uint64) => encoding::uint64::encode(tag, count, &mut data),
+                    (Cell::Int(count), Type::Uint64) => {
+                        encoding::uint64::encode(tag, &count.unsigned_abs(), &mut data);
+                    }
                     (cell, Type::String) => encoding::string::encode(tag, &cell.to_string(), &mut data),
                     _ => number(*column, row)
                         .into_iter()
@@ -290,18 +295,25 @@ fn write(
     Ok(file)
 }
 
-/// Of a column: texts if any cell is one, whole numbers if all are without a unit.
+/// Of a column: texts if any cell is one, or nothing else holds all cells, and whole numbers if all are, without a prefix.
 fn kind(heading: &Heading, cells: &[Cell]) -> Type {
-    let is = |fits: fn(&Cell) -> bool| move |cell: &Cell| *cell == Cell::Empty || fits(cell);
-    if cells.iter().any(|cell| matches!(cell, Cell::Text(_))) {
+    let any = |fits: fn(&Cell) -> bool| cells.iter().any(fits);
+    let is_scaled = heading.unit.as_deref().and_then(plain).is_some_and(|(power, _)| power != 0);
+    if any(|cell| matches!(cell, Cell::Text(_))) {
         Type::String
-    } else if heading.unit.is_none()
-        && heading.name != TIME
-        && cells.iter().all(is(|cell| matches!(cell, Cell::Int(_))))
+    } else if any(|cell| matches!(cell, Cell::Bool(_))) {
+        if any(|cell| cell.number().is_some()) { Type::String } else { Type::Bool }
+    } else if is_scaled
+        || heading.name == TIME
+        || any(|cell| matches!(cell, Cell::Float(_) | Cell::Double(_)))
     {
-        Type::Int64
-    } else {
         Type::Double
+    } else if !any(|cell| matches!(cell, Cell::UInt(_))) {
+        Type::Int64
+    } else if any(|cell| matches!(cell, Cell::Int(..0))) {
+        Type::String
+    } else {
+        Type::Uint64
     }
 }
 

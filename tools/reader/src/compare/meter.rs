@@ -6,7 +6,7 @@ use super::{
     sums::{Block, Scale, Sums},
     tolerance::{Rule, Tolerance},
     tube::TubeState,
-    values::{hidden_differences, is_same, large_integers, number, shorten, text, ulps, within},
+    values::{has_large, hidden_differences, is_same, number, shorten, text, ulps, whole, within},
 };
 use crate::wire::List;
 
@@ -80,24 +80,23 @@ impl Meter {
             let of = |list: &List| format!("{} elements", list.len());
             self.note(Divergence { place: sample.at(a.len().min(b.len())), a: of(a), b: of(b) }, true);
         }
-        if self.tube.is_none()
-            && let Some([a, b]) = large_integers(a, b)
-        {
-            return self.integers(&a, &b, sample);
-        }
         let (mut numbers_a, mut numbers_b) =
             (std::mem::take(&mut self.number_a), std::mem::take(&mut self.number_b));
         if a.numbers(&mut numbers_a) && b.numbers(&mut numbers_b) {
             let length = numbers_a.len().min(numbers_b.len());
             numbers_a.truncate(length);
             numbers_b.truncate(length);
-            for i in hidden_differences(a, b) {
-                if is_same(numbers_a[i], numbers_b[i]) {
-                    numbers_b[i] = f64::from_bits(numbers_a[i].to_bits() ^ 1);
+            if has_large(a) || has_large(b) {
+                self.exactly([a, b], (&numbers_a, &mut numbers_b), sample);
+            } else {
+                for i in hidden_differences(a, b) {
+                    if is_same(numbers_a[i], numbers_b[i]) {
+                        numbers_b[i] = f64::from_bits(numbers_a[i].to_bits() ^ 1);
+                    }
                 }
+                self.floats = matches!((a, b), (List::Float(_), List::Float(_)));
+                self.numbers::<false>(&numbers_a, &numbers_b, sample);
             }
-            self.floats = matches!((a, b), (List::Float(_), List::Float(_)));
-            self.numbers::<false>(&numbers_a, &numbers_b, sample);
         } else {
             self.texts(a, b, sample);
         }
@@ -159,29 +158,47 @@ impl Meter {
         }
     }
 
-    /// Whole numbers of which some are no double-precision numbers, one by one: each difference is exact.
-    fn integers(&mut self, a: &[i128], b: &[i128], sample: &Sample<'_>) {
-        for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
-            let difference = x.abs_diff(y) as f64;
-            let (as_a, as_b) = (x as f64, y as f64);
+    /// Numbers beside whole ones that are no double-precision numbers, one by one: the difference of two whole numbers is exact.
+    ///
+    /// * `numbers`: the same as double-precision numbers
+    fn exactly(&mut self, [a, b]: [&List; 2], numbers: (&[f64], &mut [f64]), sample: &Sample<'_>) {
+        for (i, (&x, y)) in numbers.0.iter().zip(&mut *numbers.1).enumerate() {
+            let distance = whole(a, i).zip(whole(b, i)).map(|(x, y)| x.abs_diff(y));
+            let difference = distance.map_or((x - *y).abs(), |distance| distance as f64);
             self.measure.elements += 1;
-            self.measure.scale.add(&[as_a]);
-            self.measure.sums.add(&Sums::apart(as_a, as_b, difference));
-            if x == y {
+            self.measure.scale.add(&[x]);
+            if x.is_finite() && y.is_finite() {
+                self.measure.sums.add(&Sums::apart(x, *y, difference));
+            }
+            self.measure.skipped += u64::from(self.nan.skips(x, *y));
+            if distance.map_or(is_same(x, *y), |distance| distance == 0) || self.nan.forgives(x, *y) {
                 continue;
             }
             self.measure.differing += 1;
-            self.measure.widen(difference, || sample.at(i));
-            let ulp = self.rule.as_ref().and_then(|rule| rule.tolerance.ulp);
-            let is_near =
-                ulp.is_some_and(|ulp| ulps(as_a, as_b, false).is_some_and(|distance| distance <= ulp));
-            let default = Tolerance::default();
-            let tolerance = self.rule.as_ref().map_or(&default, |rule| &rule.tolerance);
-            let is_beyond = tolerance.holds_elements() && difference > self.allowed(as_a) && !is_near;
-            let divergence = Divergence { place: sample.at(i), a: x.to_string(), b: y.to_string() };
+            let finite = if difference.is_nan() { f64::INFINITY } else { difference };
+            self.measure.widen(finite, || sample.at(i));
+            let ulps = distance.map_or_else(|| ulps(x, *y, false), |distance| u64::try_from(distance).ok());
+            let is_beyond = self.tube.is_none() && self.is_beyond(x, difference, ulps);
             self.measure.beyond += u64::from(is_beyond);
-            self.note(divergence, is_beyond);
+            self.note(Divergence { place: sample.at(i), a: text(a, i), b: text(b, i) }, is_beyond);
+            // rounded, it is not to be nearer to the reference than it is
+            if difference > (x - *y).abs() {
+                *y = if whole(b, i) > whole(a, i) { y.next_up() } else { y.next_down() };
+            }
         }
+        if let Some(tube) = &mut self.tube {
+            let late = tube.put(numbers.0, numbers.1, sample.place.clone());
+            self.judge(late);
+        }
+    }
+
+    /// True if a difference of single elements is not allowed.
+    fn is_beyond(&self, reference: f64, difference: f64, ulps: Option<u64>) -> bool {
+        let default = Tolerance::default();
+        let tolerance = self.rule.as_ref().map_or(&default, |rule| &rule.tolerance);
+        let is_near = tolerance.ulp.is_some_and(|most| ulps.is_some_and(|distance| distance <= most));
+        let is_within = difference == 0.0 || within(difference, self.allowed(reference));
+        tolerance.holds_elements() && !is_near && (tolerance.is_bitwise() || !is_within)
     }
 
     /// By how much an element may differ from that of the reference.

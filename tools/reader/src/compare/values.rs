@@ -37,23 +37,25 @@ pub(super) fn hidden_differences(a: &List, b: &List) -> Vec<usize> {
     pairs.filter(|(_, pair)| is_hidden(*pair)).map(|(i, _)| i).collect()
 }
 
-/// The whole numbers of two lists of such, if one of them is no double-precision number.
-pub(super) fn large_integers(a: &List, b: &List) -> Option<[Vec<i128>; 2]> {
+/// True for whole numbers of which one may be no double-precision number.
+pub(super) fn has_large(list: &List) -> bool {
     /// Up to here all whole numbers are double-precision numbers.
-    const EXACT: u128 = 1 << f64::MANTISSA_DIGITS;
-    let integers = |list: &List| -> Option<Vec<i128>> {
-        match list {
-            List::Int(list) => Some(list.iter().map(|&value| value.into()).collect()),
-            List::UInt(list) => Some(list.iter().map(|&value| value.into()).collect()),
-            _ => None,
-        }
-    };
-    let is_small = |list: &List| match list {
-        List::Int(list) => list.iter().all(|value| u128::from(value.unsigned_abs()) <= EXACT),
-        List::UInt(list) => list.iter().all(|&value| u128::from(value) <= EXACT),
-        _ => true,
-    };
-    if is_small(a) && is_small(b) { None } else { Some([integers(a)?, integers(b)?]) }
+    const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
+    match list {
+        List::Int(list) => list.iter().any(|value| value.unsigned_abs() > EXACT),
+        List::UInt(list) => list.iter().any(|&value| value > EXACT),
+        _ => false,
+    }
+}
+
+/// Value `index` of a list of numbers where it is a whole number, as −0 is not.
+pub(super) fn whole(list: &List, index: usize) -> Option<i128> {
+    let is_whole = |x: &f64| x.fract() == 0.0 && x.abs() < 1e30 && !is_same(*x, -0.0);
+    match list {
+        List::Int(list) => list.get(index).map(|&value| value.into()),
+        List::UInt(list) => list.get(index).map(|&value| value.into()),
+        numbers => numbers.number(index).filter(is_whole).map(|value| value as i128),
+    }
 }
 
 /// Value `index` of a list as text.

@@ -29,10 +29,11 @@ fn heading(text: &str) -> Heading {
 }
 
 fn cell(text: &str) -> Cell {
-    match (text.parse(), text.parse()) {
+    match (text.parse(), text.parse(), text.parse()) {
         _ if text.is_empty() => Cell::Empty,
-        (Ok(number), _) => Cell::Int(number),
-        (_, Ok(number)) => Cell::Double(number),
+        (Ok(number), ..) => Cell::Int(number),
+        (_, Ok(number), _) => Cell::UInt(number),
+        (.., Ok(number)) => Cell::Double(number),
         _ => Cell::Text(text.into()),
     }
 }

@@ -31,6 +31,7 @@ pub(super) enum Form {
     Double,
     Float,
     Int32,
+    UInt32,
     Int64,
     UInt64,
     Bool,
@@ -271,6 +272,7 @@ impl Iterator for Plain<'_> {
             Form::Double => Cell::Double(f64::from_le_bytes(input.array()?)),
             Form::Float => Cell::Float(f32::from_le_bytes(input.array()?)),
             Form::Int32 => Cell::Int(i64::from(i32::from_le_bytes(input.array()?))),
+            Form::UInt32 => Cell::UInt(u64::from(u32::from_le_bytes(input.array()?))),
             Form::Int64 => Cell::Int(i64::from_le_bytes(input.array()?)),
             Form::UInt64 => Cell::UInt(u64::from_le_bytes(input.array()?)),
             Form::Bool => {

@@ -93,14 +93,15 @@ fn read_chunk(
         }
     };
     let descriptor = chunk.column_descr();
+    let is_unsigned =
+        matches!(descriptor.logical_type_ref(), Some(LogicalType::Integer(kind)) if !kind.is_signed);
     let form = match chunk.column_type() {
         Type::DOUBLE => Form::Double,
         Type::FLOAT => Form::Float,
+        Type::INT32 if is_unsigned => Form::UInt32,
         Type::INT32 => Form::Int32,
-        Type::INT64 => match descriptor.logical_type_ref() {
-            Some(LogicalType::Integer(integer)) if !integer.is_signed => Form::UInt64,
-            _ => Form::Int64,
-        },
+        Type::INT64 if is_unsigned => Form::UInt64,
+        Type::INT64 => Form::Int64,
         Type::BOOLEAN => Form::Bool,
         Type::BYTE_ARRAY => Form::Text,
         other => return Err(Flaw::of(format!("{other} is not read"))),

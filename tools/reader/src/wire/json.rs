@@ -7,7 +7,7 @@
 //! | In a message | Leaf |
 //! |---|---|
 //! | `true`, `false` | truth value |
-//! | number | double precision; a whole number where the schema says `integer`, or where it is beyond 2⁵³; the text where some messages have whole numbers that are no double-precision numbers, others fractions or whole numbers beyond 2⁶³ |
+//! | number | double precision; a whole number where the schema says `integer`, or where it is beyond 2⁵³; the text where some messages have whole numbers that are no double-precision numbers, others fractions, or where they are beyond 2⁶³ |
 //! | `"NaN"`, `"Infinity"`, `"-Infinity"` where numbers are | these numbers |
 //! | text, also in base64; what is of different types in different messages, or nested too deep | text, that of JSON where it is none |
 //! | object | one leaf for each of its fields, `pose.position.x` |

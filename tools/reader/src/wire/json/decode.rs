@@ -8,7 +8,7 @@ use serde::{
 };
 use serde_json::value::RawValue;
 
-use super::observe::{is_double, special};
+use super::observe::{Rounded, is_double, special};
 use crate::{
     recording::Budget,
     wire::{
@@ -28,7 +28,7 @@ pub(in crate::wire) fn decode(
     lists: &mut [List],
     budget: &mut Budget,
 ) -> Result<(), DecodeError> {
-    let mut walk = Walk { lists, budget, is_memory: false };
+    let mut walk = Walk { lists, budget, rounded: Rounded::of(bytes), is_memory: false };
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let result = match (names.is_value, node.slots.first()) {
         (true, Some(slot)) => {
@@ -53,6 +53,7 @@ pub(in crate::wire) fn decode(
 struct Walk<'a> {
     lists: &'a mut [List],
     budget: &'a mut Budget,
+    rounded: Rounded<'a>,
     /// True if there was no room for the message.
     is_memory: bool,
 }
@@ -274,6 +275,9 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     fn visit_f64<E: Error>(self, value: f64) -> Result<u64, E> {
         /// Beyond, the nearest double-precision number may be another whole number.
         const EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
+        if self.walk.rounded.holds(value, self.walk.budget) {
+            return Err(E::custom("no double-precision number"));
+        }
         let is_whole = value.fract() == 0.0 && value.abs() <= EXACT;
         self.number(value, is_whole.then_some(value as i64))
     }

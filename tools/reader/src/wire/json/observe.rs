@@ -14,14 +14,16 @@ impl Shape {
     /// Takes in what a message says; what is no JSON says nothing from there on.
     pub(crate) fn observe(&mut self, bytes: &[u8], budget: &mut Budget) {
         let mut json = serde_json::Deserializer::from_slice(bytes);
-        let observer = Observer { shape: self, depth: 0, in_list: false, nested: &mut false, budget };
+        let rounded = &mut Rounded::of(bytes);
+        let observer =
+            Observer { shape: self, depth: 0, in_list: false, nested: &mut false, budget, rounded };
         // a message that breaks off is reported where it is decoded
         let _ = observer.deserialize(&mut json);
     }
 }
 
 /// Looks at one value.
-struct Observer<'a> {
+struct Observer<'a, 'm> {
     shape: &'a mut Shape,
     depth: usize,
     /// True for an element of an array: arrays in it go on with the same elements.
@@ -29,9 +31,10 @@ struct Observer<'a> {
     /// Set where an array is in an array.
     nested: &'a mut bool,
     budget: &'a mut Budget,
+    rounded: &'a mut Rounded<'m>,
 }
 
-impl<'de> DeserializeSeed<'de> for Observer<'_> {
+impl<'de> DeserializeSeed<'de> for Observer<'_, '_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -42,7 +45,7 @@ impl<'de> DeserializeSeed<'de> for Observer<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Observer<'_> {
+impl<'de> Visitor<'de> for Observer<'_, '_> {
     type Value = ();
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -72,7 +75,8 @@ impl<'de> Visitor<'de> for Observer<'_> {
                 *self.shape = Shape::Text;
             }
         } else {
-            self.shape.meet(Shape::Number);
+            let is_rounded = self.rounded.holds(value, self.budget);
+            self.shape.meet(if is_rounded { Shape::Text } else { Shape::Number });
         }
         Ok(())
     }
@@ -94,7 +98,7 @@ impl<'de> Visitor<'de> for Observer<'_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
-        let Self { shape, depth, in_list, nested, budget } = self;
+        let Self { shape, depth, in_list, nested, budget, rounded } = self;
         if matches!(shape, Shape::Unknown) && !in_list {
             *shape = Shape::List(Box::default());
         }
@@ -119,6 +123,7 @@ impl<'de> Visitor<'de> for Observer<'_> {
                     in_list: true,
                     nested: &mut *nested,
                     budget: &mut *budget,
+                    rounded: &mut *rounded,
                 };
                 if sequence.next_element_seed(next)?.is_none() {
                     break;
@@ -134,7 +139,7 @@ impl<'de> Visitor<'de> for Observer<'_> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
-        let Self { shape, depth, budget, .. } = self;
+        let Self { shape, depth, budget, rounded, .. } = self;
         if matches!(shape, Shape::Unknown) && depth < MAX_DEPTH {
             *shape = Shape::Object(Fields::default());
         }
@@ -153,6 +158,7 @@ impl<'de> Visitor<'de> for Observer<'_> {
                         in_list: false,
                         nested,
                         budget: &mut *budget,
+                        rounded: &mut *rounded,
                     })?;
                 }
                 None => drop(map.next_value::<IgnoredAny>()?),
@@ -184,6 +190,53 @@ impl Shape {
 /// True if a whole number is the shortest text of a double-precision number: one that a program wrote which has no others.
 pub(super) fn is_double(magnitude: u64) -> bool {
     magnitude <= EXACT || (magnitude as f64).to_string() == magnitude.to_string()
+}
+
+/// The whole numbers of a message beyond 64 bits that are no double-precision numbers, as which they arrive. They are looked for
+/// where a number of that size does.
+pub(super) struct Rounded<'a> {
+    message: &'a [u8],
+    /// Bits of the nearest double-precision numbers, in order.
+    known: Option<Vec<u64>>,
+}
+
+impl<'a> Rounded<'a> {
+    pub(super) fn of(message: &'a [u8]) -> Self {
+        Self { message, known: None }
+    }
+
+    /// True if a number may have been another one in the text; also if there is no room to know.
+    pub(super) fn holds(&mut self, value: f64, budget: &mut Budget) -> bool {
+        /// Up to here whole numbers arrive as they are.
+        const WHOLE: f64 = (1_u64 << 63) as f64;
+        if value.abs() < WHOLE {
+            return false;
+        }
+        let room = self.message.len();
+        if !budget.spend(room) {
+            return true;
+        }
+        let known = self.known.get_or_insert_with(|| rounded(self.message));
+        budget.give_back(room);
+        known.binary_search(&value.to_bits()).is_ok()
+    }
+}
+
+/// Bits of the double-precision numbers nearest to whole numbers that are none, in order.
+fn rounded(message: &[u8]) -> Vec<u64> {
+    /// Digits of the first beyond 64 bits.
+    const DIGITS: usize = 19;
+    let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-.".contains(byte);
+    let words = message.split(|byte| !is_part(byte)).filter(|word| word.len() >= DIGITS);
+    let bits = |word: &[u8]| {
+        let text = str::from_utf8(word).ok()?;
+        let is_whole = text.strip_prefix('-').unwrap_or(text).bytes().all(|byte| byte.is_ascii_digit());
+        let value: f64 = text.parse().ok().filter(|_| is_whole)?;
+        (value.to_string() != text).then_some(value.to_bits())
+    };
+    let mut all: Vec<u64> = words.filter_map(bits).collect();
+    all.sort_unstable();
+    all
 }
 
 /// The numbers that JSON has no form for, as the JSON mapping of protobuf writes them.
