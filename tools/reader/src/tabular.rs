@@ -56,6 +56,11 @@ pub fn read(path: &Path, names: Option<&[&str]>, limits: Limits) -> Result<Table
         Flaw::NoColumn { name, known } => {
             Failure::Usage(format!("the table has no column `{name}`; it has {known}"))
         }
+        Flaw::Nested(name) => Failure::Usage(format!(
+            "`{}`: its column `{}` has lists or objects; write each of their values as a column of its own, or leave it out",
+            path.display(),
+            short(&name)
+        )),
         Flaw::Unreadable(reason) => {
             Failure::Failed(format!("cannot read `{}` as {format}: {reason}", path.display()))
         }
@@ -66,7 +71,12 @@ pub fn read(path: &Path, names: Option<&[&str]>, limits: Limits) -> Result<Table
 
 /// What is wrong with a table.
 enum Flaw {
-    NoColumn { name: String, known: String },
+    NoColumn {
+        name: String,
+        known: String,
+    },
+    /// A column holds lists or objects.
+    Nested(String),
     Unreadable(String),
     Memory,
 }

@@ -3,8 +3,14 @@
 use std::{
     fs,
     io::{self, Read},
+    sync::Arc,
 };
 
+use parquet::{
+    data_type::{DoubleType, Int32Type},
+    file::{properties::WriterProperties, writer::SerializedFileWriter},
+    schema::parser::parse_message_type,
+};
 use percuss_reader::{recording::Limits, tabular::read};
 use percuss_table::{Cell, CellType, Heading, Sink, csv::Csv, parquet::Parquet};
 use tempfile::TempDir;
@@ -87,6 +93,35 @@ fn cells_of_every_type_are_read_back() {
         let text = |cells: &[Cell]| cells.iter().map(Cell::to_string).collect::<Vec<_>>();
         assert_eq!(text(typed), text(plain));
     }
+}
+
+#[test]
+fn columns_of_parquet_are_not_passed_over() {
+    // a list in place of `y`, and 32 bits without a sign
+    let schema =
+        "message m { required double time; required int32 x (INTEGER(32, false)); repeated double y; }";
+    let schema = Arc::new(parse_message_type(schema).expect("a schema"));
+    let properties = WriterProperties::builder().set_dictionary_enabled(false).build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties)).expect("a writer");
+    let mut group = writer.next_row_group().expect("a group");
+    let mut column = group.next_column().expect("a column").expect("time");
+    column.typed::<DoubleType>().write_batch(&[0.0], None, None).expect("a row");
+    column.close().expect("an end");
+    let mut column = group.next_column().expect("a column").expect("x");
+    column.typed::<Int32Type>().write_batch(&[-1], None, None).expect("a row");
+    column.close().expect("an end");
+    let mut column = group.next_column().expect("a column").expect("y");
+    column.typed::<DoubleType>().write_batch(&[999.0], Some(&[1]), Some(&[0])).expect("a row");
+    column.close().expect("an end");
+    group.close().expect("an end");
+    let desk = Desk::new(&[("t.parquet", writer.into_inner().expect("an end"))]);
+    desk.put("blank.jsonl", "\n\n{\"time\":0}\n");
+    let error = desk.error(2, &["diff", "t.parquet", "blank.jsonl"]);
+    assert!(error.contains("`t.parquet`: its column `y` has lists or objects"), "{error}");
+    let table = read(&desk.path("t.parquet"), Some(&["x"]), Limits::default()).expect("a table");
+    assert_eq!(table.columns, [[Cell::UInt(u64::from(u32::MAX))]]);
+    let table = read(&desk.path("blank.jsonl"), None, Limits::default()).expect("a table");
+    assert_eq!((table.headings[0].name.as_str(), table.columns[0].len()), ("time", 1));
 }
 
 /// Reads a table of any bytes; an error is as good as a table.

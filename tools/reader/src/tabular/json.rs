@@ -1,9 +1,9 @@
 //! JSON: an object a row, one a line or in the list `rows` of a document, beside its `units`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use percuss_table::{Cell, Heading};
-use serde::Deserialize;
+use serde::{Deserialize, de::IgnoredAny};
 use serde_json::{Value, value::RawValue};
 
 use super::{Columns, Flaw};
@@ -23,40 +23,52 @@ struct Document<'a> {
 pub(super) fn read(bytes: &[u8], columns: &mut Columns<'_>) -> Result<(), Flaw> {
     let text = str::from_utf8(bytes).map_err(Flaw::of)?;
     let most = columns.limits.record() / GROWTH;
-    let mut chosen = Vec::new();
     let document = (text.len() <= most).then(|| serde_json::from_str::<Document<'_>>(text).ok()).flatten();
     if let Some(Document { units, rows }) = document {
-        for (number, row) in rows.into_iter().enumerate() {
-            take(row.get(), number, &units, &mut chosen, columns)?;
-        }
-        return Ok(());
+        return table(rows.iter().map(|row| row.get()).enumerate(), &units, columns);
     }
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    for (number, line) in lines {
-        if line.len() > most {
-            return Err(Flaw::Memory);
+    if lines.clone().any(|(_, line)| line.len() > most) {
+        return Err(Flaw::Memory);
+    }
+    table(lines, &BTreeMap::new(), columns)
+}
+
+/// Takes numbered rows; a column is what any of them has.
+fn table<'a>(
+    rows: impl Iterator<Item = (usize, &'a str)> + Clone,
+    units: &BTreeMap<String, String>,
+    columns: &mut Columns<'_>,
+) -> Result<(), Flaw> {
+    /// Memory of a name besides its text \[bytes\].
+    const NAME: usize = 64;
+    let mut known = BTreeSet::new();
+    for (number, row) in rows.clone() {
+        for name in parse::<IgnoredAny>(number, row)?.into_keys() {
+            if !known.contains(&name) {
+                columns.spend(NAME + name.len())?;
+                known.insert(name);
+            }
         }
-        take(line, number, &BTreeMap::new(), &mut chosen, columns)?;
+    }
+    let heading = |name: &String| Heading::new(name, units.get(name).map(String::as_str));
+    columns.begin(known.iter().map(heading).collect())?;
+    let chosen: Vec<String> = columns.table.headings.iter().map(|heading| heading.name.clone()).collect();
+    for (number, row) in rows {
+        let row = parse::<Value>(number, row)?;
+        for (column, name) in chosen.iter().enumerate() {
+            let value = row.get(name);
+            if columns.names.is_none() && matches!(value, Some(Value::Array(_) | Value::Object(_))) {
+                return Err(Flaw::Nested(name.clone()));
+            }
+            columns.push(column, cell(value))?;
+        }
     }
     Ok(())
 }
 
-/// Takes a row; the first says which columns there are.
-fn take(
-    text: &str,
-    number: usize,
-    units: &BTreeMap<String, String>,
-    chosen: &mut Vec<String>,
-    columns: &mut Columns<'_>,
-) -> Result<(), Flaw> {
-    let row: BTreeMap<String, Value> =
-        serde_json::from_str(text).map_err(|error| Flaw::of(format!("row {}: {error}", number + 1)))?;
-    if number == 0 {
-        let heading = |name: &String| Heading::new(name, units.get(name).map(String::as_str));
-        columns.begin(row.keys().map(heading).collect())?;
-        *chosen = columns.table.headings.iter().map(|heading| heading.name.clone()).collect();
-    }
-    chosen.iter().enumerate().try_for_each(|(column, name)| columns.push(column, cell(row.get(name))))
+fn parse<'a, T: Deserialize<'a>>(number: usize, row: &'a str) -> Result<BTreeMap<String, T>, Flaw> {
+    serde_json::from_str(row).map_err(|error| Flaw::of(format!("row {}: {error}", number + 1)))
 }
 
 fn cell(value: Option<&Value>) -> Cell {

@@ -34,9 +34,12 @@ pub(super) fn read(bytes: &[u8], columns: &mut Columns<'_>) -> Result<(), Flaw> 
     };
     // fields inside others, and lists, are no columns of a table
     let schema = file.schema_descr();
-    let flat: Vec<usize> = (0..schema.num_columns())
-        .filter(|&i| schema.column(i).path().parts().len() == 1 && schema.column(i).max_rep_level() == 0)
-        .collect();
+    let is_flat =
+        |&i: &usize| schema.column(i).path().parts().len() == 1 && schema.column(i).max_rep_level() == 0;
+    let (flat, nested): (Vec<usize>, Vec<usize>) = (0..schema.num_columns()).partition(is_flat);
+    if let (None, Some(&place)) = (columns.names, nested.first()) {
+        return Err(Flaw::Nested(schema.column(place).path().parts().first().cloned().unwrap_or_default()));
+    }
     let heading = |&place: &usize| {
         let column = schema.column(place);
         Heading::new(column.name(), unit(column.name()))
