@@ -3,14 +3,16 @@
 mod arrays;
 mod clock;
 mod join;
+mod names;
 mod request;
 mod source;
 
-use std::{path::PathBuf, slice, thread};
+use std::{iter, path::PathBuf, slice, thread};
 
 use clap::Args;
 use clock::Clock;
 use join::{Joiner, Rows};
+use names::Names;
 use percuss_table::{Cell, CellType, Heading, Sink};
 use source::{Step, Traced};
 
@@ -162,15 +164,21 @@ pub fn trace(
     for (path, name) in paths.iter().zip(names(paths)) {
         files.push(Traced::open(path, name, request, origin, limits, &mut outcome.left_out)?);
     }
+    if !request.selection.for_curves && (paths.len() == 1 || request.stack) {
+        files.iter_mut().for_each(Traced::leave_out_second_times);
+    }
     check_values(&files, &outcome.left_out)?;
     check_units(&files)?;
     check_own_times(&files, request.time)?;
-    let begun = if request.stack {
+    let mut begun = if request.stack {
         let file_heading = Heading { name: "file".into(), unit: None, kind: CellType::Text };
         [&[file_heading][..], &stacked_headings(&files, paths, request)?].concat()
     } else {
         headings(&files, paths.len() > 1, request)
     };
+    if !request.selection.for_curves {
+        distinguish(&mut begun, &files, request.stack);
+    }
     let is_percuss = |file: &Traced| file.recording.entries(convention::RUN).is_some();
     let prefixed = match request.prefixes {
         Prefixes::Never => false,
@@ -235,6 +243,20 @@ fn groups(files: &[Traced], stack: bool) -> Vec<String> {
         })
     });
     start.into_iter().chain(fields).collect()
+}
+
+/// Gives columns of one name others, from the second on.
+fn distinguish(headings: &mut [Heading], files: &[Traced], stack: bool) {
+    let files = if stack { files.get(..1).unwrap_or(files) } else { files };
+    let topics = files
+        .iter()
+        .flat_map(|file| &file.slots)
+        .flat_map(|slot| slot.columns.iter().map(|_| slot.topic.as_str()));
+    let others = if stack { 2 } else { 1 };
+    let mut names = Names::default();
+    for (heading, topic) in headings.iter_mut().zip(iter::repeat_n("", others).chain(topics)) {
+        heading.name = names.take(topic, &heading.name);
+    }
 }
 
 /// Headings of files one after the other, which have to be the same.

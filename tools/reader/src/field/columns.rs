@@ -1,5 +1,7 @@
 //! From a selection to columns.
 
+use std::collections::HashSet;
+
 use percuss_picture::Side;
 use percuss_table::{CellType, Heading};
 
@@ -44,8 +46,12 @@ pub fn columns(
     if selection.fields.is_empty() {
         (fields, left_out) = picker.every()?;
     }
+    let mut known = HashSet::new();
     for name in &selection.fields {
-        fields.extend(picker.named(name)?);
+        let named = picker.named(name)?.into_iter();
+        let new: Vec<Column> = named.filter(|column| !known.contains(&column.heading.name)).collect();
+        known.extend(new.iter().map(|column| column.heading.name.clone()));
+        fields.extend(new);
     }
     match at.iter().zip(&picker.used).find(|(_, used)| !**used) {
         Some((at, _)) => Err(SelectionError::no_axis(&[channel], at)),

@@ -6,11 +6,15 @@ use std::{
     path::Path,
 };
 
+use indexmap::IndexSet;
 use ndarray::{Array, Array1, Array2, IxDyn};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 use percuss_picture::Side;
 
-use super::request::{Outcome, Request};
+use super::{
+    names::Names,
+    request::{Outcome, Request},
+};
 use crate::{
     axis::Axis,
     channel::Channel,
@@ -132,10 +136,11 @@ fn chosen(channel: &Channel, layout: &Layout, names: &[String]) -> Option<Vec<us
                 .filter(|leaf| is_number(*leaf))
                 .collect()
         }
-        names => names
-            .iter()
-            .map(|name| layout.find(name).filter(|leaf| is_number(*leaf)))
-            .collect::<Option<_>>()?,
+        names => {
+            let leaf = |name: &String| layout.find(name).filter(|leaf| is_number(*leaf));
+            let leaves: IndexSet<usize> = names.iter().map(leaf).collect::<Option<_>>()?;
+            leaves.into_iter().filter(|leaf| Some(*leaf) != time).collect()
+        }
     };
     let is_sound = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
     (leaves.iter().any(|leaf| is_array(*leaf)) && leaves.iter().all(is_sound)).then_some(leaves)
@@ -241,7 +246,12 @@ fn write<W: Write + Seek>(
     archive.add_array("time", &times)?;
     let mut units = vec![("time".to_owned(), unit)];
     let mut known: BTreeMap<String, Side> = BTreeMap::new();
+    let mut names = Names::default();
+    for name in ["time", "units"] {
+        names.take("", name);
+    }
     for ArrayField { name, unit, axis, sides, numbers, .. } in fields {
+        let name = names.take(&channel.topic, &name);
         for ((label, side), coordinate_name) in sides.iter().zip(axis.coordinates()) {
             // another field may have other places
             let label = match known.get(label) {
@@ -251,8 +261,9 @@ fn write<W: Write + Seek>(
             };
             let positions = (0..side.length()).map(|i| side.at(i)).collect();
             let (positions, unit) = list(positions, channel.coordinate_unit(coordinate_name));
-            archive.add_array(label.as_str(), &positions)?;
-            units.push((label.clone(), unit));
+            let array = names.take(&channel.topic, &label);
+            archive.add_array(array.as_str(), &positions)?;
+            units.push((array, unit));
             known.insert(label, side.clone());
         }
         let shape: Vec<usize> =

@@ -110,6 +110,14 @@ impl Traced {
         Ok(Self { recording, name, slots })
     }
 
+    /// Leaves out a field that is the time column already, where no other topic has one.
+    pub(super) fn leave_out_second_times(&mut self) {
+        if let [slot] = self.slots.as_mut_slice() {
+            let time = slot.time.leaf;
+            slot.columns.retain(|column| time.is_none() || column.leaf != time);
+        }
+    }
+
     /// Log time that counts as 0 \[ns\].
     pub(super) fn origin(&self) -> u64 {
         self.slots.iter().map(|slot| self.recording.channels[&slot.id].origin).max().unwrap_or(0)
