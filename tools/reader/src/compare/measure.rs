@@ -51,7 +51,8 @@ pub struct Measure {
     pub skipped: u64,
     /// Samples whose numbers of elements differ.
     pub lengths: u64,
-    /// Elements of both recordings outside the common range of different axes: they were not compared.
+    /// Elements of both recordings without a counterpart, as outside the common range of different axes, or of the new one between
+    /// those that were interpolated with: they were not compared.
     pub dropped: u64,
     /// Samples whose arrays have no part of their axes in common: nothing of them was compared.
     pub apart: u64,

@@ -34,7 +34,7 @@ pub struct Options {
     #[arg(skip)]
     pub nan: NanRule,
     /// Only what both recordings have: messages without a counterpart, as before the start or after the end of the other, and
-    /// elements beyond the axes of the other, are counted and are no difference
+    /// elements beyond the axes of the other or between those interpolated, are counted and are no difference
     #[arg(long)]
     pub common: bool,
     /// Time that is added to those of the new recording, in the unit of the reference; `fit`: that with the least squares of the

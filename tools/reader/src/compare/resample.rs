@@ -1,5 +1,7 @@
 //! Samples at common places: the new recording between its messages, arrays between their elements.
 
+use std::cell::Cell;
+
 use percuss_picture::Side;
 
 use super::values::is_same;
@@ -47,11 +49,11 @@ pub(super) struct Common {
 }
 
 impl Common {
-    /// * `unused`: elements of the new list that nothing is compared with
+    /// * `unused`: elements of the new list that nothing is compared with, once all `elements` are there
     fn of(
         length: usize,
-        unused: usize,
         elements: impl Iterator<Item = (usize, f64, f64)>,
+        unused: impl FnOnce() -> usize,
         axes_differ: bool,
     ) -> Self {
         let (mut a, mut b, mut chosen) = (Vec::new(), Vec::new(), Vec::new());
@@ -60,7 +62,7 @@ impl Common {
             b.push(y);
             chosen.push(i);
         }
-        let dropped = unused + length - chosen.len();
+        let dropped = unused() + length - chosen.len();
         Self { a, b, chosen, dropped, axes_differ }
     }
 }
@@ -88,7 +90,7 @@ pub(super) fn common(
     // in between messages, lists end where the shorter of them does
     let is_cut = interpolated && list_a.len() != list_b.len() && !matches!(axis_a, Axis::Unknown);
     let elements = (0..list_a.len()).map_while(|i| Some((i, list_a.number(i)?, list_b.number(i)?)));
-    is_cut.then(|| Common::of(list_a.len(), list_b.len().saturating_sub(list_a.len()), elements, false))
+    is_cut.then(|| Common::of(list_a.len(), elements, || list_b.len().saturating_sub(list_a.len()), false))
 }
 
 /// True if every element has a place.
@@ -123,6 +125,11 @@ fn place(side: &Side, index: usize) -> (f64, bool) {
     (side.at(index), side.is_below_interface(index))
 }
 
+/// Elements of the new list that nothing was interpolated with.
+fn count_unused(used: &[Cell<bool>]) -> usize {
+    used.iter().filter(|used| !used.get()).count()
+}
+
 /// Arrays on different axes: the reference on the common range, the new one interpolated there.
 fn on_common_axis(
     even: bool,
@@ -130,30 +137,32 @@ fn on_common_axis(
     (b, side_b, axis_b): (&List, &Side, &Axis),
 ) -> Common {
     let position = |side: &Side, i: usize| Some(side.at(i)).filter(|position| position.is_finite());
+    let used = vec![Cell::new(false); b.len()];
     let element = |i: usize| {
-        let value = match position(side_a, i) {
-            Some(_) => axis_b.value(side_b, even, place(side_a, i), |i| b.number(i))?,
+        let value_a = a.number(i)?;
+        let Some(at) = position(side_a, i) else {
             // nothing but its number says where it belongs
-            None => b.number(i)?,
+            let value = b.number(i)?;
+            used[i].set(true);
+            return Some((i, value_a, value));
         };
-        Some((i, a.number(i)?, value))
+        // the last two that were asked for
+        let asked = Cell::new([None; 2]);
+        let number = |i| b.number(i).inspect(|_| asked.set([asked.get()[1], Some(i)]));
+        let value = axis_b.value(side_b, even, place(side_a, i), number)?;
+        let asked = asked.get();
+        // beside one of them the other has no share, but for rounding
+        let step = match asked {
+            [Some(i), Some(j)] => side_b.at(i) - side_b.at(j),
+            _ => 0.0,
+        };
+        let is_at = |i: &usize| near(side_b.at(*i), at, step);
+        let beside = asked.into_iter().flatten().find(is_at);
+        let taken = beside.map_or(asked, |i| [Some(i), None]);
+        taken.into_iter().flatten().for_each(|i| used[i].set(true));
+        Some((i, value_a, value))
     };
-    let elements: Vec<_> = (0..a.len()).filter_map(element).collect();
-    let used = elements.iter().filter_map(|&(i, ..)| position(side_a, i));
-    let (from, to) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (from.min(x), to.max(x)));
-    // what lies on the far side of a neighbour that is no part of the common range is not used
-    let is_unused = |i: usize| match position(side_b, i) {
-        None => position(side_a, i).is_some() || a.number(i).is_none(),
-        Some(x) => {
-            let next = (i + 1 < b.len()).then(|| position(side_b, i + 1)).flatten();
-            let before = i.checked_sub(1).and_then(|i| position(side_b, i));
-            from > to
-                || (x < from && next.is_some_and(|next| next <= from))
-                || (x > to && before.is_some_and(|before| before >= to))
-        }
-    };
-    let unused = (0..b.len()).filter(|&i| is_unused(i)).count();
-    Common::of(a.len(), unused, elements.into_iter(), true)
+    Common::of(a.len(), (0..a.len()).filter_map(element), || count_unused(&used), true)
 }
 
 /// Matrices on different grids: elements of the reference inside the other grid, the other interpolated there. Never between
@@ -174,31 +183,20 @@ fn on_common_grid(
     let rows = rows_a.length().min(a.len().div_ceil(columns.max(1)));
     let there = 0..columns.min(a.len());
     let across: Vec<_> = there.map(|i| split(columns_b, place(columns_a, i))).collect();
+    let used = &vec![Cell::new(false); b.len()];
     let elements = (0..rows).flat_map(|j| {
         let down = split(rows_b, place(rows_a, j));
         let element = move |(i, across): (usize, &Option<(usize, f64)>)| {
             let (down, across) = (down?, (*across)?);
             let along = |row: usize| interpolated(across, |column| b.number(row * width + column));
-            Some((j * columns + i, a.number(j * columns + i)?, interpolated(down, along)?))
+            let found = (j * columns + i, a.number(j * columns + i)?, interpolated(down, along)?);
+            let both = |(i, share): (usize, f64)| i..=i + usize::from(share > 0.0);
+            let taken = both(down).flat_map(|row| both(across).map(move |column| row * width + column));
+            taken.for_each(|i| used[i].set(true));
+            Some(found)
         };
         across.iter().enumerate().filter_map(element)
     });
-    // rows and columns of the other, as far as it has them, that are not beside those used
-    let used = |side: &Side, length: usize, reference: &Side| {
-        let (first, last) = (reference.at(0), reference.at(reference.length().saturating_sub(1)));
-        let is_unused = |i: &usize| {
-            // NaN beyond the end of a list
-            let next = side.at(i + 1);
-            side.at(*i) < first && (next.is_nan() || next <= first)
-                || side.at(*i) > last && i.checked_sub(1).is_some_and(|before| side.at(before) >= last)
-        };
-        length - (0..length).filter(is_unused).count()
-    };
-    let unused = {
-        let height = rows_b.length().min(b.len().div_ceil(width.max(1)));
-        let used_rows = used(rows_b, height, rows_a);
-        let used_columns = used(columns_b, width.min(b.len()), columns_a);
-        b.len().saturating_sub(used_rows * used_columns)
-    };
-    Common::of(a.len(), unused, elements, !(are_same(rows_a, rows_b) && are_same(columns_a, columns_b)))
+    let axes_differ = !(are_same(rows_a, rows_b) && are_same(columns_a, columns_b));
+    Common::of(a.len(), elements, || count_unused(used), axes_differ)
 }

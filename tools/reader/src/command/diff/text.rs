@@ -293,9 +293,7 @@ fn field_text(field: &FieldReport, style: Style) -> String {
     }
     if !field.ignored && measure.dropped > 0 {
         let dropped = measure.dropped;
-        text.push_str(&format!(
-            "    {dropped} elements outside the common range of the axes are not compared\n"
-        ));
+        text.push_str(&format!("    {dropped} elements without a counterpart are not compared\n"));
     }
     if !field.ignored && (measure.differing > 0 || !field.within) {
         text.push_str(&measure_text(field));
