@@ -22,7 +22,7 @@ use crate::{
     recording::Budget,
     scales::Scales,
     toml_keys,
-    wire::{Layout, Leaf, Type, UNKNOWN},
+    wire::{COUNT, Layout, Leaf, Type, UNKNOWN},
 };
 
 /// A difference of structure.
@@ -241,7 +241,7 @@ fn fields(
         let renamed = || if by_name { None } else { by_number(leaf, layout_a, layout_b) };
         let Some(j) = layout_b.find(&leaf.path).or_else(renamed) else {
             // what no message holds is not missing
-            if !(by_name && leaf.path == UNKNOWN) {
+            if !(by_name && (leaf.path == UNKNOWN || is_implied(i, layout_a, layout_b))) {
                 find(Some(&leaf.path), Difference::Missing);
             }
             continue;
@@ -266,10 +266,17 @@ fn fields(
             pairs.push((i, j));
         }
     }
-    for (_, leaf) in layout_b.leaves.iter().enumerate().filter(|(j, _)| !taken.contains(j)) {
-        find(Some(&leaf.path), Difference::Extra);
+    let is_extra = |j: &usize| !taken.contains(j) && !(by_name && is_implied(*j, layout_b, layout_a));
+    for j in (0..layout_b.leaves.len()).filter(is_extra) {
+        find(Some(&layout_b.leaves[j].path), Difference::Extra);
     }
     pairs
+}
+
+/// True if a leaf only says that a message is there whose fields the other layout has: those say it there.
+fn is_implied(leaf: usize, layout: &Layout, other: &Layout) -> bool {
+    let message = layout.leaves[leaf].path.trim_end_matches(COUNT);
+    layout.counts_presence(leaf) && other.leaves.iter().any(|leaf| leaf.path.starts_with(message))
 }
 
 /// The field with the number of another whose name it has not.

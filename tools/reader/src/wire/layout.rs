@@ -189,6 +189,11 @@ impl Branch {
     }
 }
 
+/// True if an empty message of a type has no value in any leaf: every field of it need not be there.
+fn says_nothing(message: &MessageDescriptor) -> bool {
+    message.fields().all(|field| field.is_list() || field.is_map() || field.supports_presence())
+}
+
 struct Builder {
     leaves: Vec<Leaf>,
     /// Names of the types that are being unfolded.
@@ -226,9 +231,11 @@ impl Builder {
             Kind::Message(message) if self.unfolds(&field, &message, &branch) => Some(message),
             _ => None,
         };
-        // the number of values of a leaf says how long its list is, except below other lists and for messages
+        // the number of values of a leaf says how long its list is, or that a message is there, except below other lists, for lists of
+        // messages, and for messages of which no leaf has a value
         let varies = is_list || has_presence;
-        let is_counted = varies && (parent.lists > 0 || (is_list && message.is_some()));
+        let is_silent = message.as_ref().is_some_and(says_nothing);
+        let is_counted = varies && (parent.lists > 0 || (is_list && message.is_some()) || is_silent);
         let count = is_counted.then(|| {
             self.leaf(Leaf {
                 path: format!("{}.{COUNT}", branch.path),
@@ -298,6 +305,12 @@ impl Layout {
             || path.split('.').any(|part| matches!(part, "stamp" | "timestamp"))
             || (has_seconds && matches!(name, "sec" | "nsec" | "nanosec"))
             || self.way(leaf).any(|slot| is_time(slot.field.kind()))
+    }
+
+    /// True for a count of a message that need not be there, no list.
+    pub(crate) fn counts_presence(&self, leaf: usize) -> bool {
+        let is_plain = |slot: &Slot| !slot.is_list && slot.count == Some(leaf);
+        self.way(leaf).last().is_some_and(is_plain)
     }
 
     /// The fields that lead to a leaf.

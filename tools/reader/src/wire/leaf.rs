@@ -5,7 +5,8 @@ use prost_reflect::{EnumDescriptor, Kind};
 /// Path of the leaf that keeps the fields which the schema does not know.
 pub const UNKNOWN: &str = "(unknown fields)";
 
-/// Ends the path of a leaf that counts the elements of a list of messages, or of a list inside one.
+/// Ends the path of a leaf that counts the elements of a list of messages, or of a list inside one, or says
+/// whether a message is there.
 pub const COUNT: &str = "[#]";
 
 /// Largest number of fields that a type is unfolded into; what lies beyond stays bytes.
