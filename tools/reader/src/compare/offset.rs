@@ -5,7 +5,7 @@
 //! ```
 //!
 //! over the plain fields f of both, b between its messages linear, where at least half of the shorter recording takes part: first
-//! on a grid as fine as the messages, then by golden sections around its best point.
+//! on a grid as fine as the messages, then by golden sections around the best of its local minima.
 
 use super::structure::Pair;
 use crate::{
@@ -17,6 +17,9 @@ const FIELDS: usize = 8;
 
 /// Samples of a curve, and points of the grid, at most.
 const SAMPLES: usize = 4000;
+
+/// Local minima of the grid that are looked at between its points, at most.
+const MINIMA: usize = 32;
 
 /// A field over time.
 type Curve = Vec<(f64, f64)>;
@@ -61,11 +64,28 @@ pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, F
         (from_a - from_b).max(to_a - to_b) + 0.5 * shorter,
     );
     let points = (2 * longest).min(SAMPLES);
-    let step = (high - low) / points as f64;
     let cost = |shift: f64| curves.iter().map(|(a, b)| mismatch(a, b, shift)).sum::<f64>();
-    let grid = (0..=points).map(|i| low + i as f64 * step);
-    let best = grid.min_by(|x, y| cost(*x).total_cmp(&cost(*y))).filter(|best| cost(*best).is_finite());
-    Ok(golden(best.ok_or_else(no_fit)?, step, cost))
+    least((low, high), points, cost).ok_or_else(no_fit)
+}
+
+/// Least point of a function of which a grid of so many points shows where to look; `None` if it is finite at none of them.
+fn least((low, high): (f64, f64), points: usize, cost: impl Fn(f64) -> f64) -> Option<f64> {
+    let step = (high - low) / points as f64;
+    let grid: Vec<f64> = (0..=points).map(|i| low + i as f64 * step).collect();
+    let costs: Vec<f64> = grid.iter().map(|shift| cost(*shift)).collect();
+    let refined = minima(&costs).into_iter().flat_map(|i| [golden(grid[i], step, &cost), grid[i]]);
+    refined.min_by(|x, y| cost(*x).total_cmp(&cost(*y)))
+}
+
+/// The least of the local minima among finite costs; of equal neighbours the first.
+fn minima(costs: &[f64]) -> Vec<usize> {
+    let at = |i: Option<usize>| i.and_then(|i| costs.get(i)).copied().unwrap_or(f64::INFINITY);
+    let is_least =
+        |&i: &usize| costs[i].is_finite() && costs[i] < at(i.checked_sub(1)) && costs[i] <= at(Some(i + 1));
+    let mut minima: Vec<usize> = (0..costs.len()).filter(is_least).collect();
+    minima.sort_by(|i, j| costs[*i].total_cmp(&costs[*j]));
+    minima.truncate(MINIMA);
+    minima
 }
 
 /// There is nothing to find a time offset by.
@@ -131,4 +151,16 @@ fn read(
         *curve = curve.iter().step_by(every).copied().collect();
     }
     Ok(curves)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least;
+
+    #[test]
+    fn a_minimum_between_points_of_the_grid_is_found_beside_a_flat_tail() {
+        let cost = |x: f64| if x > 8.0 { 1e-3 } else { (x - 3.0) * (x - 3.0) };
+        let found = least((0.05, 10.05), 100, cost).expect("a minimum");
+        assert!((found - 3.0).abs() < 1e-6, "{found}");
+    }
 }
