@@ -162,8 +162,12 @@ impl ComparedField {
     /// True if it is not compared because it says which message it is: between messages, and as a date where times
     /// count from the start of each recording.
     fn is_unseen(&self, interpolated: bool, relative: bool) -> bool {
-        let is_plain = matches!(self.path.as_str(), convention::STEP | convention::TIME);
-        self.is_key && (interpolated || (relative && !is_plain))
+        self.is_key && (interpolated || (relative && self.is_stamp()))
+    }
+
+    /// True for the stamp of a message, no plain number.
+    fn is_stamp(&self) -> bool {
+        self.is_key && !matches!(self.path.as_str(), convention::STEP | convention::TIME)
     }
 
     /// Ends the comparison.
@@ -181,7 +185,8 @@ impl ComparedField {
     ) -> FieldReport {
         self.meter.finish();
         let is_axis_part = self.is_axis_part && channel.axes_differ && is_tolerant;
-        let ignored = self.ignored || is_axis_part || self.is_unseen(between, relative);
+        let is_unseen = self.is_unseen(between, relative);
+        let ignored = self.ignored || is_axis_part || is_unseen;
         let is_between = self.is_resampled || (channel.interpolated && !(self.is_axis_part && is_tolerant));
         let is_bitwise = self.is_bitwise() && !self.leaf.is_key;
         let untolerated = !ignored && is_between && is_bitwise && self.meter.measure.elements > 0;
@@ -190,6 +195,7 @@ impl ComparedField {
             !channel.common && self.meter.measure.dropped > 0 && self.meter.measure.elements > 0;
         FieldReport {
             untolerated,
+            unseen_stamp: is_unseen && self.is_stamp() && !self.ignored,
             within: ignored || (self.meter.is_within() && !untolerated && !lacks_elements),
             path: self.path,
             element: self.leaf,
@@ -208,12 +214,13 @@ fn since([start_a, start_b]: [f64; 2], [a, b]: [f64; 2]) -> [f64; 2] {
     if (x - y).abs() <= rounding { [x, x] } else { [x, y] }
 }
 
-/// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp`.
+/// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp` that are stamps of the
+/// message by their names.
 fn is_key(layout: &Layout, index: usize) -> bool {
     let leaf = &layout.leaves[index];
     let parent = layout.way(index).last().map(|slot| slot.field.parent_message().full_name());
     matches!(leaf.path.as_str(), convention::STEP | convention::TIME)
-        || (leaf.lists == 0 && parent == Some("google.protobuf.Timestamp"))
+        || (leaf.lists == 0 && parent == Some("google.protobuf.Timestamp") && layout.is_stamp(index))
 }
 
 #[cfg(test)]
@@ -241,6 +248,7 @@ mod tests {
             FieldDescriptorProto { label: Some(Label::Repeated.into()), ..inner("history", 3, stamp) },
             inner("timestamp", 4, stamp),
             double("x", 5),
+            inner("calibrated", 6, stamp),
         ];
         let mut file = file("robot.proto", vec![message("Header", header), message("Pose", pose)]);
         file.dependency.push("google/protobuf/timestamp.proto".into());

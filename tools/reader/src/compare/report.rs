@@ -104,6 +104,15 @@ impl Comparison {
         }
     }
 
+    /// Stamps of messages that are not compared, as topic.field.
+    pub fn unseen_stamps(&self) -> Vec<String> {
+        let of_channel = |channel: &ChannelReport| {
+            let fields = channel.fields.iter().filter(|field| field.unseen_stamp);
+            fields.map(|field| format!("{}.{}", channel.topic, field.path)).collect::<Vec<_>>()
+        };
+        self.channels.iter().flat_map(of_channel).collect()
+    }
+
     /// Values compared, how many of them differ, and how many are beyond tolerance.
     pub fn counts(&self) -> [u64; 3] {
         let fields = self.channels.iter().flat_map(|channel| &channel.fields).filter(|field| !field.ignored);
@@ -301,6 +310,8 @@ pub struct FieldReport {
     pub rule: Option<Rule>,
     /// Not compared: by a rule, or because it only says where and when the others are.
     pub ignored: bool,
+    /// Not compared, as it is the stamp of a message, and times count from the start of each recording or lie between messages.
+    pub unseen_stamp: bool,
     /// Its values stand between messages or elements, and it has no tolerance: nothing such is equal.
     pub untolerated: bool,
     /// Within tolerance.

@@ -301,10 +301,15 @@ impl Layout {
         let (parents, name) = path.rsplit_once('.').unwrap_or(("", path));
         let beside = |name: &str| self.find(&format!("{parents}.{name}")).is_some();
         let has_seconds = !parents.is_empty() && beside("sec") && (beside("nsec") || beside("nanosec"));
-        path.starts_with("header.")
-            || path.split('.').any(|part| matches!(part, "stamp" | "timestamp"))
+        self.is_stamp(leaf)
             || (has_seconds && matches!(name, "sec" | "nsec" | "nanosec"))
             || self.way(leaf).any(|slot| is_time(slot.field.kind()))
+    }
+
+    /// True for what is in a `header`, a `stamp` or a `timestamp`.
+    pub(crate) fn is_stamp(&self, leaf: usize) -> bool {
+        let path = &self.leaves[leaf].path;
+        path.starts_with("header.") || path.split('.').any(|part| matches!(part, "stamp" | "timestamp"))
     }
 
     /// True for a count of a message that need not be there, no list.

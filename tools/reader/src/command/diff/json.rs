@@ -64,6 +64,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         "damages": damages.collect::<Vec<_>>(),
         "derived": comparison.derived,
         "residuals": comparison.residuals,
+        "stamps_not_compared": comparison.unseen_stamps(),
         "partial": comparison.partial.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
         "provenance": comparison.provenance,

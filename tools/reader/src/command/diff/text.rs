@@ -93,6 +93,10 @@ pub fn to_text((a, b): (&str, &str), comparison: &Comparison, style: Style) -> S
             "not compared, a residual of rounding: {residual} (--tol {residual}:abs=1e-12)\n"
         ));
     }
+    let stamps = comparison.unseen_stamps();
+    if !stamps.is_empty() {
+        text.push_str(&format!("not compared, stamps of messages at other times: {}\n", stamps.join(", ")));
+    }
     if comparison.stopped_early {
         text.push_str(STOPPED);
     }
