@@ -56,7 +56,7 @@ struct Waiting {
     moment: Moment,
     /// Outside the times asked for: what is inside may be interpolated with it, itself it is not compared.
     outside: bool,
-    /// It was compared, or something was interpolated with it.
+    /// It was compared, or interpolated with, and what is not interpolated is that of a message that was compared.
     used: bool,
 }
 
@@ -491,7 +491,6 @@ impl<'a> Aligner<'a> {
         let ordinal = self.at.filter(|(time, _)| *time == at).map_or(0, |(_, number)| number + 1);
         self.at = Some((at, ordinal));
         let partners = self.partners(at, ordinal, mode);
-        self.waiting[1].range_mut(partners.clone().unwrap_or(0..0)).for_each(|waiting| waiting.used = true);
         let Some(chosen) = partners else {
             if !self.is_left_out(0..1) {
                 self.alone(0, a.moment);
@@ -502,6 +501,7 @@ impl<'a> Aligner<'a> {
         let time = |i: usize| b[i].moment.time;
         self.exact += u64::from(chosen.len() == 1 && time(chosen.start) == at);
         if self.is_left_out(0..1) {
+            self.waiting[1].range_mut(chosen).for_each(|waiting| waiting.used = true);
             return;
         }
         // log times are small and exact from the time that is wanted
@@ -512,12 +512,19 @@ impl<'a> Aligner<'a> {
             self.converter.apply(&mut values);
             Some((number(time(i)), values))
         };
-        let points: Option<Vec<(f64, Values)>> = chosen.map(point).collect();
-        let values_b = points.and_then(|points| interpolate(&points, number(at), decoder_b.layout()));
-        match (decoder_a.next().values(&a.item.data), values_b) {
-            (Ok(values_a), Some(values_b)) => {
+        let points: Option<Vec<(f64, Values)>> = chosen.clone().map(point).collect();
+        let points = points.unwrap_or_default();
+        let between = interpolate(&points, number(at), decoder_b.layout());
+        for (i, waiting) in self.waiting[1].range_mut(chosen).enumerate() {
+            let nearest = between.as_ref().map(|between| &points[between.nearest].1);
+            let is_alike = |nearest| self.fields.iter().all(|field| field.is_alike(&points[i].1, nearest));
+            waiting.used |= nearest.is_none_or(is_alike);
+        }
+        match (decoder_a.next().values(&a.item.data), between) {
+            (Ok(values_a), Some(between)) => {
                 let place = self.sample(a);
-                self.measure([values_a, &values_b], &place, true);
+                self.fields.iter_mut().for_each(|field| field.cut(&between.cut));
+                self.measure([values_a, &between.values], &place, true);
             }
             _ => self.report.undecoded += 1,
         }

@@ -2,7 +2,7 @@
 
 use super::{
     convert::Converter,
-    measure::Location,
+    measure::{Location, Measure},
     meter::{Meter, Sample},
     options::Options,
     report::{ChannelReport, FieldReport},
@@ -150,6 +150,19 @@ impl ComparedField {
         common.axes_differ
     }
 
+    /// True if two messages of the new recording are the same in it as far as it is not interpolated.
+    pub(super) fn is_alike(&self, b: &Values, other: &Values) -> bool {
+        let (list, other) = (&b.lists[self.leaf_b], &other.lists[self.leaf_b]);
+        self.ignored || self.is_key || matches!(list, List::Double(_) | List::Float(_)) || list == other
+    }
+
+    /// Counts elements that were cut off between messages.
+    ///
+    /// * `cut`: for every leaf of the new recording
+    pub(super) fn cut(&mut self, cut: &[usize]) {
+        self.meter.measure.dropped += cut[self.leaf_b] as u64;
+    }
+
     /// True if it is compared, and something is allowed of it.
     pub(super) fn is_tolerant(&self) -> bool {
         !self.ignored && !self.is_bitwise()
@@ -191,8 +204,8 @@ impl ComparedField {
         let is_bitwise = self.is_bitwise() && !self.leaf.is_key;
         let untolerated = !ignored && is_between && is_bitwise && self.meter.measure.elements > 0;
         // what lies beyond the other's axes was not compared
-        let lacks_elements =
-            !channel.common && self.meter.measure.dropped > 0 && self.meter.measure.elements > 0;
+        let Measure { dropped, elements, apart, .. } = self.meter.measure;
+        let lacks_elements = !channel.common && dropped > 0 && (elements > 0 || apart == 0);
         FieldReport {
             untolerated,
             unseen_stamp: is_unseen && self.is_stamp() && !self.ignored,

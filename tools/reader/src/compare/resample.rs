@@ -7,24 +7,44 @@ use percuss_picture::Side;
 use super::values::is_same;
 use crate::{
     axis::{Axis, find, interpolated, is_near},
-    wire::{Layout, List, Type, Values},
+    wire::{COUNT, Layout, Leaf, List, Type, Values},
 };
 
-/// Numbers interpolated between points of time; of what is no number, that of the nearest point. `None` if there is no point.
-pub(super) fn interpolate(points: &[(f64, Values)], time: f64, layout: &Layout) -> Option<Values> {
-    let (_, nearest) = points.iter().min_by(|x, y| (x.0 - time).abs().total_cmp(&(y.0 - time).abs()))?;
+/// What stands between messages.
+pub(super) struct Between {
+    pub(super) values: Values,
+    /// Number of the nearest point: what is no number is that of it alone.
+    pub(super) nearest: usize,
+    /// For every leaf, elements of the longest list beyond the end of the shortest.
+    pub(super) cut: Vec<usize>,
+}
+
+/// Numbers interpolated between points of time; of what is no number, and where lists of messages or keys of maps differ, that of
+/// the nearest point. `None` if there is no point.
+pub(super) fn interpolate(points: &[(f64, Values)], time: f64, layout: &Layout) -> Option<Between> {
+    let distance = |i: &usize| (points[*i].0 - time).abs();
+    let nearest = (0..points.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)))?;
+    let lists = &points[nearest].1.lists;
     // Lagrange: w_i = Π_{j≠i} (t − t_j)/(t_i − t_j)
     let weight = |i: usize| -> f64 {
         let others = points.iter().enumerate().filter(|(j, _)| *j != i);
         others.map(|(_, other)| (time - other.0) / (points[i].0 - other.0)).product()
     };
     let weights: Vec<f64> = (0..points.len()).map(weight).collect();
-    let list = |(leaf, list): (usize, &List)| {
-        let is_float = matches!(layout.leaves[leaf].kind, Type::Double | Type::Float);
-        if !is_float || points.len() == 1 {
+    let is_other = |leaf: &usize| points.iter().any(|(_, values)| values.lists[*leaf] != lists[*leaf]);
+    let keys = (0..lists.len()).filter(|&leaf| layout.leaves[leaf].is_key).filter(is_other);
+    let unlike: Vec<&str> = keys.map(|leaf| parent(&layout.leaves[leaf].path)).collect();
+    let mut cut = vec![0; lists.len()];
+    let list = |(leaf, (list, cut)): (usize, (&List, &mut usize))| {
+        let Leaf { kind, path, .. } = &layout.leaves[leaf];
+        let is_float = matches!(kind, Type::Double | Type::Float);
+        let is_unlike = || unlike.iter().any(|parent| path.starts_with(parent));
+        if !is_float || points.len() == 1 || is_unlike() {
             return list.clone();
         }
-        let length = points.iter().map(|(_, values)| values.lists[leaf].len()).min().unwrap_or(0);
+        let lengths = || points.iter().map(|(_, values)| values.lists[leaf].len());
+        let length = lengths().min().unwrap_or(0);
+        *cut = lengths().max().unwrap_or(0) - length;
         let value = |i: usize| -> f64 {
             let terms = points.iter().zip(&weights);
             terms.map(|((_, values), weight)| weight * values.lists[leaf].number(i).unwrap_or(0.0)).sum()
@@ -34,7 +54,13 @@ pub(super) fn interpolate(points: &[(f64, Values)], time: f64, layout: &Layout) 
             _ => List::Double((0..length).map(value).collect()),
         }
     };
-    Some(Values { lists: nearest.lists.iter().enumerate().map(list).collect() })
+    let values = Values { lists: lists.iter().zip(&mut cut).enumerate().map(list).collect() };
+    Some(Between { values, nearest, cut })
+}
+
+/// The path that leads to a count or to the keys of a map.
+fn parent(path: &str) -> &str {
+    path.strip_suffix(COUNT).unwrap_or_else(|| &path[..path.rfind('.').map_or(0, |dot| dot + 1)])
 }
 
 /// Elements of two arrays on the common part of their axes.
