@@ -87,11 +87,16 @@ impl Failure {
         }
     }
 
+    /// True if a reader of standard output has had enough.
+    pub(crate) fn is_unread(&self) -> bool {
+        matches!(self, Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+
     /// Exit status: 2 for what was asked for wrongly, else 1; 0 where a reader of standard output has had enough.
     pub fn status(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
-            Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => 0,
+            _ if self.is_unread() => 0,
             _ => 1,
         }
     }

@@ -22,7 +22,8 @@ use crate::{
 pub use chosen::Chosen;
 pub use output::Write;
 pub(crate) use output::{
-    by_extension, commit, print, print_document, print_painted, refuse_inputs, same_file, show, write,
+    by_extension, commit, if_read, print, print_document, print_painted, refuse_inputs, same_file, show,
+    write,
 };
 pub(crate) use table::{TableFormat, UnitChoice};
 

@@ -27,6 +27,22 @@ fn scalars_in_whole_chunks(bytes: &[u8], end: usize) -> usize {
 }
 
 #[test]
+fn a_verdict_does_not_depend_on_who_reads_it() {
+    let [a, b] = [1, 2].map(|seed| forge(20, seed).write(plain()));
+    let cut = a[..a.len() / 2].to_vec();
+    let desk = Desk::new(&[("a.mcap", a), ("b.mcap", b), ("cut.mcap", cut)]);
+    let commands: [&[&str]; 2] =
+        [&["diff", "a.mcap", "b.mcap", "--junit", "report.xml"], &["verify", "cut.mcap", "a.mcap"]];
+    for arguments in commands {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let status = desk.command(arguments).stdout(writer).status().expect("the program starts");
+        assert_eq!(status.code(), Some(1), "{arguments:?}");
+    }
+    assert!(desk.path("report.xml").exists());
+}
+
+#[test]
 fn a_recording_is_followed_while_it_is_written() {
     /// Longest wait for lines that are due.
     const PATIENCE: Duration = Duration::from_secs(60);

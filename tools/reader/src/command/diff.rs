@@ -21,7 +21,8 @@ use crate::{
     measured::Sources,
     recording::Limits,
     verb::{
-        Exit, Verb, by_extension, has_colour, print, print_document, print_painted, refuse_inputs, say, write,
+        Exit, Verb, by_extension, has_colour, if_read, print, print_document, print_painted, refuse_inputs,
+        say, write,
     },
 };
 
@@ -260,9 +261,9 @@ impl Diff {
         if self.json {
             result.documents.push(to_json(names, &comparison));
         } else if self.summary {
-            print_painted(&summary(names, &comparison, style))?;
+            if_read(print_painted(&summary(names, &comparison, style)))?;
         } else if !self.markdown {
-            print_painted(&to_text(names, &comparison, style))?;
+            if_read(print_painted(&to_text(names, &comparison, style)))?;
         }
         self.report_gaps(names, &comparison);
         self.draw(a, b, &comparison, limits)?;
@@ -293,18 +294,18 @@ impl Diff {
                 "comparisons": documents,
                 "not_made": left,
             });
-            print_document(&format!("{document:#}\n"))?;
+            if_read(print_document(&format!("{document:#}\n")))?;
         } else if self.markdown {
-            print(&markdown(&suites))?;
+            if_read(print(&markdown(&suites)))?;
         } else if jobs + left != 1 {
             let left = match left {
                 0 => String::new(),
                 left => format!("; {left} more were not made (--fail-fast)"),
             };
-            print(&format!("{jobs} comparisons: {}{left}\n", worst.name()))?;
+            if_read(print(&format!("{jobs} comparisons: {}{left}\n", worst.name())))?;
         }
         if self.github {
-            print_painted(&github(&suites))?;
+            if_read(print_painted(&github(&suites)))?;
         }
         Ok(match (lossy, worst) {
             (_, Verdict::NotCompared) => Exit::NoAnswer,
@@ -367,7 +368,7 @@ impl Diff {
             result.documents.push(json!({ "a": job.a, "b": job.b, "verdict": "different", "text": what }));
             return Ok(());
         }
-        print(&format!("{}: {what}\n", printable(&path.to_string_lossy())))
+        if_read(print(&format!("{}: {what}\n", printable(&path.to_string_lossy()))))
     }
 
     /// Channels that are not in the recording of differences, because their messages do not go together one by one.

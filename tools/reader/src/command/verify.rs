@@ -14,7 +14,7 @@ use clap::Args;
 use crate::{
     failure::Failure,
     recording::{Damage, Limits, Scan},
-    verb::{Exit, Verb, show},
+    verb::{Exit, Verb, if_read, show},
 };
 
 pub(super) use content::Content;
@@ -54,7 +54,7 @@ impl Verb for Verify {
             let report = verify(file, limits)?;
             let name = file.to_string_lossy();
             let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
-            show(&text, self.json)?;
+            if_read(show(&text, self.json))?;
             exit =
                 match (report.is_sound() || report.is_undecoded_only(), report.partial || !report.is_sound())
                 {

@@ -191,6 +191,11 @@ pub(crate) fn print_painted(text: &str) -> Result<(), Failure> {
     write(None, false, text.as_bytes())
 }
 
+/// What is printed beside an answer that does not depend on it: a reader of standard output may have had enough.
+pub(crate) fn if_read(printed: Result<(), Failure>) -> Result<(), Failure> {
+    printed.or_else(|failure| if failure.is_unread() { Ok(()) } else { Err(failure) })
+}
+
 /// Writes a whole file, a new one unless it may be overwritten; without a path to standard output.
 pub(crate) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Result<(), Failure> {
     let mut output = Output { path: path.map(Path::to_owned), overwrite, opened: None };
