@@ -18,8 +18,8 @@ pub fn channel(case: &Case) -> Channel {
         ("kinetic", "kinetic energy of the target, mean of those between the level and its neighbours"),
         (
             "strain",
-            "strain energy of the target, from displacements of two levels: a little below 0 at times where it is small, and far below behind a \
-             front that a free back has sent back: kinetic is too large by as much, their sum is right",
+            "strain energy of the target, from displacements of two levels: below 0 where it is small, and behind a front that a free back \
+             has sent back, by as much as kinetic is too large",
         ),
         ("indenter", "kinetic energy of an indenter of finite mass"),
         ("dissipated", "energy lost so far to nodes that struck the indenter and stuck"),

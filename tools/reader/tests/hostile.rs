@@ -53,14 +53,16 @@ const SAID: &[(&[&str], &[Said])] = &[
     ),
     (&["an empty file"], &[("info", 1, "not an MCAP file"), ("verify", 1, "")]),
     (&["very many places without a comment"], &[("verify", 0, "sound"), ("trace", 0, "")]),
-    (&["types that hold the next one twice"], &[("verify", 0, "sound")]),
     (&["editions"], &[("verify", 1, "`editions`"), ("info", 0, "messages are not decoded")]),
     (&["files that import each other"], &[("verify", 1, "circles"), ("info", 0, "messages are not decoded")]),
     (
         &["a million channels in the summary"],
         &[("info", 3, "--max-memory"), ("verify", 1, "--max-memory"), ("recover", 3, "--max-memory")],
     ),
-    (&["a million schemas in the summary"], &[("verify", 1, "--max-memory")]),
+    (
+        &["a million schemas in the summary", "types that hold the next one twice"],
+        &[("verify", 1, "--max-memory")],
+    ),
     (&["a million metadata records"], &[("info", 3, "--max-memory")]),
     (&["channels with long names", "axes of two million points"], &[("info", 3, "--max-memory")]),
     (&["axes of a million points"], &[("trace", 0, "left out: `p`"), ("verify", 0, "sound")]),

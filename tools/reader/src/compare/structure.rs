@@ -266,8 +266,8 @@ fn fields(
             pairs.push((i, j));
         }
     }
-    let is_extra = |j: &usize| !taken.contains(j) && !(by_name && is_implied(*j, layout_b, layout_a));
-    for j in (0..layout_b.leaves.len()).filter(is_extra) {
+    let is_expected = |j: usize| taken.contains(&j) || (by_name && is_implied(j, layout_b, layout_a));
+    for j in (0..layout_b.leaves.len()).filter(|&j| !is_expected(j)) {
         find(Some(&layout_b.leaves[j].path), Difference::Extra);
     }
     pairs

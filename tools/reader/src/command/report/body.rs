@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::{
     command::{
-        points::{find_leaf, nearest},
+        points::{find, find_leaf, nearest},
         view::Scale,
     },
     convention::{FACE, PROFILE, VELOCITY},
@@ -43,7 +43,9 @@ impl Outline {
     pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a>) {
         let leaf = |field| find_leaf(recording, PROFILE, field);
         let (Some((id, radius)), Some((_, face))) = (leaf("r"), leaf(FACE)) else { return };
-        let gives = find_leaf(recording, VELOCITY, "nose").is_some();
+        // the type has this field whatever the indenter is
+        let motion = find(recording, |topic| topic == VELOCITY);
+        let gives = motion.is_some_and(|id| recording.channels[&id].unit("nose").is_some());
         let Self { deepest, nose } = self;
         pass.each(id, move |moment, _| {
             let depth = moment.values.lists[face].number(0).unwrap_or(0.0);
