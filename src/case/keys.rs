@@ -377,7 +377,7 @@ pub(super) static SECTIONS: [Section; 7] = [
             "of waves along r that the mesh does not resolve, which moving edges of contact excite. It is 0 for fronts along z and falls with \
              the fifth power of the wave number; above c_s/c_p = 0.82 less of it is stable. 0.8 halves what noise is left over soft targets \
              (c_s/c_p ≤ 0.3); surface waves of few nodes are best computed without";
-        outer_radius: EXTENT, left_out("derived") => "beyond the reach of waves; a contact that gets there is an error";
+        outer_radius: EXTENT, left_out("derived") => "beyond the reach of waves; a contact that gets there is an error, waves that come back from there before the end are warned of";
     },
     section! { "run";
         end_time: Quantity(Time, Bounds::above(0.0, 1e12)), required() =>
