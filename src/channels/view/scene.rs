@@ -116,6 +116,17 @@ impl Scene {
         if rest < self.viewport.half_width {
             right.extend([(rest, 0.0), (self.viewport.half_width, 0.0)]);
         }
+        self.mirrored(&right)
+    }
+
+    /// The face of an indenter that gives.
+    fn face(&self, view: &View<'_>) -> Vec<Point3> {
+        let moved = |(node, [x, y]): &(usize, [f64; 2])| (*x, y + self.viewport.height(view.face(*node)));
+        self.mirrored(&self.face.iter().map(moved).collect::<Vec<_>>())
+    }
+
+    /// A line from the axis to the right, with that to the left.
+    fn mirrored(&self, right: &[(f64, f64)]) -> Vec<Point3> {
         let left = right.iter().rev().map(|(x, y)| (-x, *y));
         left.chain(right.iter().copied()).map(|(x, y)| self.viewport.world.rounded(x, y)).collect()
     }
@@ -138,11 +149,7 @@ impl Scene {
         }
         if !self.face.is_empty() {
             // its field shows the body
-            let moved = |(node, [x, y]): &(usize, [f64; 2])| (*x, y + viewport.height(view.face(*node)));
-            let right: Vec<(f64, f64)> = self.face.iter().map(moved).collect();
-            let left = right.iter().rev().map(|(x, y)| (-x, *y));
-            let points = left.chain(right.iter().copied()).map(|(x, y)| world.rounded(x, y)).collect();
-            let line = world.line(points, viewport.height_of(Sheet::Outline), colours::OUTLINE);
+            let line = world.line(self.face(view), viewport.height_of(Sheet::Outline), colours::OUTLINE);
             entities.push(lines(vec![line], new("indenter", WORLD)));
         }
         if let Some(backing) = &self.backing {
