@@ -432,6 +432,12 @@ fn row_mut(level: &mut ndarray::Array2<f64>, j: usize) -> &mut [f64] {
     &mut level.as_slice_mut().expect("rows are contiguous")[j * stride..(j + 1) * stride]
 }
 
+/// Displacements above and below the cells below row `j`, of u and of v.
+#[inline(always)]
+fn cell_rows(level: &Level<2>, j: usize) -> [[&[f64]; 2]; 2] {
+    [0, 1].map(|field| [row(&level[field], j), row(&level[field], j + 1)])
+}
+
 /// Slack for a Courant number of 1 but for rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -812,8 +818,8 @@ impl Scheme<2> for Body {
             }
             if self.grid.is_above_free_back(layer.last()) {
                 for i in 0..=self.grid.nr() {
-                    let spreads =
-                        [earlier, later].map(|level| self.spread(self.sides(level, 1, layer.last(), i), i));
+                    let sides = |level: &Level<2>| self.sides(row(&level[1], layer.last()), 1, i);
+                    let spreads = [earlier, later].map(|level| self.spread(sides(level), i));
                     let weight = unit * self.grid.cell_area(i) * self.grid.height(layer.last());
                     energy.strain += cells::membrane_energy(spreads, weight, &medium);
                 }
@@ -842,16 +848,34 @@ impl Scheme<2> for Body {
         self.strain(now, pressure, 0, i).largest_on_face()
     }
 
-    fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
+    fn look(
+        &self,
+        now: &Level<2>,
+        j: usize,
+        columns: Range<usize>,
+        mut take: impl FnMut(usize, f64, Option<Stress>),
+    ) {
         // no cell lies between the two rows of an interface
         if self.rows[j].is_none() {
-            return 0.0;
+            return;
         }
-        let (u, v) = (self.corners(now, 0, j, i), self.corners(now, 1, j, i));
+        let layer = self.grid.layer_of(j);
+        let (medium, unit) = &self.layers[layer];
+        let is_compared = self.strengths[layer].is_known();
         let Columns { spread, slope, hoop, .. } = &self.columns;
-        let height = self.grid.height(j);
-        let [spread, hoop] = [spread, hoop].map(|pair| [height * pair[0][i], height * pair[1][i]]);
-        cells::largest_strain(u, v, spread, hoop, height * slope[i]) / (2.0 * height)
+        let (height, rows) = (self.grid.height(j), cell_rows(now, j));
+        for i in columns {
+            let [u, v] = self.corners(rows, i);
+            let [lateral, hoops] = [spread, hoop].map(|pair| [height * pair[0][i], height * pair[1][i]]);
+            let strain = cells::largest_strain(u, v, lateral, hoops, height * slope[i]) / (2.0 * height);
+            let stress = is_compared.then(|| {
+                let [axial, lateral, shear, ..] = self.strains_of([u, v], height, i);
+                let [inner, outer] = v.map(|[upper, lower]| upper + lower);
+                let hoop = 0.5 * (hoop[0][i] * inner + hoop[1][i] * outer);
+                Strain { axial, lateral, hoop, shear }.stress(medium).times(*unit)
+            });
+            take(i, strain, stress);
+        }
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
@@ -862,27 +886,18 @@ impl Scheme<2> for Body {
         &self.strengths
     }
 
-    fn cell_stress(&self, now: &Level<2>, j: usize, i: usize) -> Option<Stress> {
-        self.rows[j].as_ref()?;
-        let [axial, lateral, shear, ..] = self.cell_strains(now, j, i);
-        let [inner_sum, outer_sum] = self.corners(now, 1, j, i).map(|[upper, lower]| upper + lower);
-        let [inner, outer] = &self.columns.hoop;
-        let hoop = 0.5 * (inner[i] * inner_sum + outer[i] * outer_sum);
-        Some(self.stress(j, Strain { axial, lateral, hoop, shear }))
-    }
-
     fn face_stress(&self, now: &Level<2>, pressure: f64, row: usize, i: usize) -> Option<Stress> {
         let strain = if row == 0 { self.strain(now, pressure, 0, i) } else { self.strain_on_back(now, i) };
-        Some(self.stress(row, strain))
+        let (medium, unit) = &self.layers[self.grid.layer_of(row)];
+        Some(strain.stress(medium).times(*unit))
     }
 }
 
 impl Body {
-    /// Displacement number `field` in row `j` at the inner and the outer side of the cells of column `i`; one may be an image about the axis, or at rest
+    /// Displacement number `field` of a row at the inner and the outer side of the cells of column `i`; one may be an image about the axis, or at rest
     /// beyond the mesh.
-    #[inline]
-    fn sides(&self, level: &Level<2>, field: usize, j: usize, i: usize) -> [f64; 2] {
-        let row = row(&level[field], j);
+    #[inline(always)]
+    fn sides(&self, row: &[f64], field: usize, i: usize) -> [f64; 2] {
         let inner = match i {
             0 if field == 1 => -row[0],
             0 => row[0],
@@ -891,16 +906,15 @@ impl Body {
         [inner, if i < self.grid.nr() { row[i] } else { 0.0 }]
     }
 
-    /// The same of the cell below row `j`: at the inner and the outer side, each above and below.
-    fn corners(&self, level: &Level<2>, field: usize, j: usize, i: usize) -> [[f64; 2]; 2] {
-        let (upper, lower) = (self.sides(level, field, j, i), self.sides(level, field, j + 1, i));
-        [[upper[0], lower[0]], [upper[1], lower[1]]]
-    }
-
-    /// Stress of a strain in row `j` \[γc_p²\].
-    fn stress(&self, j: usize, strain: Strain) -> Stress {
-        let (medium, unit) = &self.layers[self.grid.layer_of(j)];
-        strain.stress(medium).times(*unit)
+    /// Displacements around the cell of column `i`: u and v at the inner and the outer side, each above and below.
+    ///
+    /// * `rows`: see [`cell_rows`]
+    #[inline(always)]
+    fn corners(&self, rows: [[&[f64]; 2]; 2], i: usize) -> [[[f64; 2]; 2]; 2] {
+        [0, 1].map(|field| {
+            let [upper, lower] = rows[field].map(|row| self.sides(row, field, i));
+            [[upper[0], lower[0]], [upper[1], lower[1]]]
+        })
     }
 
     /// Strains on the backing at column `i`.
@@ -917,7 +931,8 @@ impl Body {
         let constants = self.rows[j].as_ref().expect("a row of cells");
         let Columns { spread, slope, area, flow, .. } = &self.columns;
         let [inner, outer] = [i, i + 1].map(|i| {
-            let [u, v] = [0, 1].map(|field| [j, j + 1].map(|j| self.sides(now, field, j, i)));
+            let rows = cell_rows(now, j);
+            let [u, v] = [0, 1].map(|field| rows[field].map(|row| self.sides(row, field, i)));
             let weights = Weights {
                 spread: [spread[0][i], spread[1][i]],
                 slope: slope[i],
@@ -937,8 +952,14 @@ impl Body {
 
     /// Strains of the cell below row `j` at the inner side of column `i`.
     fn cell_strains(&self, level: &Level<2>, j: usize, i: usize) -> CellStrains {
-        let (u, v) = (self.corners(level, 0, j, i), self.corners(level, 1, j, i));
-        let height = self.grid.height(j);
+        self.strains_of(self.corners(cell_rows(level, j), i), self.grid.height(j), i)
+    }
+
+    /// Strains of a cell of column `i`.
+    ///
+    /// * `height`: Δz
+    #[inline(always)]
+    fn strains_of(&self, [u, v]: [[[f64; 2]; 2]; 2], height: f64, i: usize) -> CellStrains {
         let by = |[upper, lower]: [f64; 2]| lower - upper;
         let sum = |[upper, lower]: [f64; 2]| lower + upper;
         let (first, last) = (by(u[0]) / height, by(u[1]) / height);
@@ -957,6 +978,7 @@ impl Body {
     /// v_,r + v/r in the cell at the inner side of column `i`.
     ///
     /// * `v`: at its inner and its outer side
+    #[inline(always)]
     fn spread(&self, v: [f64; 2], i: usize) -> f64 {
         let [inner, outer] = &self.columns.spread;
         outer[i] * v[1] - inner[i] * v[0]
@@ -1027,7 +1049,10 @@ impl Body {
         let (medium, unit) = &self.layers[self.grid.layer_of(j)];
         let hoop = self.hoop(level, j, i);
         let lateral = self
-            .mean(i, |i| Strain { lateral: self.spread(self.sides(level, 1, j, i), i), ..Strain::default() })
+            .mean(i, |i| Strain {
+                lateral: self.spread(self.sides(row(&level[1], j), 1, i), i),
+                ..Strain::default()
+            })
             .lateral;
         Strain {
             axial: -pressure / unit - medium.lame * lateral,

@@ -7,6 +7,8 @@
 //!
 //! The scheme is derived in [`super::cells`] and put together in [`super::cell_scheme`]. This module says where it is stable.
 
+use std::ops::Range;
+
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{Engine, Full, Instructions},
@@ -215,10 +217,18 @@ impl Scheme<2> for CellScheme {
         self.at_row(0).strain(self.reading(now), pressure, i).largest_on_face()
     }
 
-    fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
+    fn look(
+        &self,
+        now: &Level<2>,
+        j: usize,
+        columns: Range<usize>,
+        mut take: impl FnMut(usize, f64, Option<Stress>),
+    ) {
         // no cell lies between the two rows of an interface
-        let is_last = j == self.grid.layer(j).last();
-        if is_last { 0.0 } else { self.largest_strain(self.reading(now), j, i) }
+        if j != self.grid.layer(j).last() {
+            let at = self.reading(now);
+            columns.for_each(|i| take(i, self.largest_strain(&at, j, i), Some(self.cell_stress(&at, j, i))));
+        }
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
@@ -227,10 +237,6 @@ impl Scheme<2> for CellScheme {
 
     fn strengths(&self) -> &[Strength] {
         CellScheme::strengths(self)
-    }
-
-    fn cell_stress(&self, now: &Level<2>, j: usize, i: usize) -> Option<Stress> {
-        (j != self.grid.layer(j).last()).then(|| CellScheme::cell_stress(self, self.reading(now), j, i))
     }
 
     fn face_stress(&self, now: &Level<2>, pressure: f64, row: usize, i: usize) -> Option<Stress> {

@@ -275,12 +275,10 @@ fn equal_rows_and_columns_are_the_uniform_mesh() {
                 close(of_uniform(field), of_graded(field), unit, field.name());
             }
             if j < grid.nz {
-                close(
-                    uniform.1.cell_strain(&a.now, j, i),
-                    graded.1.cell_strain(&b.now, j, i),
-                    unit,
-                    "strain",
-                );
+                let mut strains = [0.0; 2];
+                uniform.1.look(&a.now, j, i..i + 1, |_, strain, _| strains[0] = strain);
+                graded.1.look(&b.now, j, i..i + 1, |_, strain, _| strains[1] = strain);
+                close(strains[0], strains[1], unit, "strain");
             }
         }
         for i in 0..nr {

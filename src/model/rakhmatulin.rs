@@ -7,9 +7,12 @@
 //! The scheme is derived in [`super::scheme`]. This module puts its operators together, node by node, for the plain stepper,
 //! and its weights, column by column, for the fast engine.
 
+use std::ops::Range;
+
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{self, Axial, Engine, Instructions},
+    cells::Stress,
     cone::LightCone,
     reference::{Level, Levels, Reference, Scheme, node_by_node},
     scheme::{self, Corner, Face, RadialWeights},
@@ -301,10 +304,18 @@ impl Scheme<1> for Rakhmatulin {
         pressure.abs()
     }
 
-    fn cell_strain(&self, [u]: &Level<1>, j: usize, i: usize) -> f64 {
+    fn look(
+        &self,
+        [u]: &Level<1>,
+        j: usize,
+        columns: Range<usize>,
+        mut take: impl FnMut(usize, f64, Option<Stress>),
+    ) {
         let layer = self.grid.layer(j);
         // no cell lies between the two rows of an interface
-        if j == layer.last() { 0.0 } else { (u[[j + 1, i]] - u[[j, i]]).abs() / layer.dz }
+        if j != layer.last() {
+            columns.for_each(|i| take(i, (u[[j + 1, i]] - u[[j, i]]).abs() / layer.dz, None));
+        }
     }
 
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {

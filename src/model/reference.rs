@@ -4,7 +4,7 @@
 //! [`LightCone`] leaves at rest is at rest here, too. New physics starts here: a [`Scheme`] is enough to run whole cases,
 //! `percuss run --engine reference`. The fast engine is tested bitwise against it.
 
-use std::{collections::VecDeque, io};
+use std::{collections::VecDeque, io, ops::Range};
 
 use ndarray::{Array2, ArrayView1};
 
@@ -116,8 +116,17 @@ pub trait Scheme<const FIELDS: usize>: Send {
     /// * `pressure`: on the node \[γc_p²\]
     fn surface_strain(&self, now: &Level<FIELDS>, pressure: f64, i: usize) -> f64;
 
-    /// Largest strain in the middle of the cell below row `j` at column `i`, by magnitude.
-    fn cell_strain(&self, now: &Level<FIELDS>, j: usize, i: usize) -> f64;
+    /// Looks at the cells below row `j` in some columns, if there are any: their largest strain by magnitude in the middle, and the stress there where
+    /// it is compared with strengths \[γc_p²\].
+    ///
+    /// * `take`: takes a column and both
+    fn look(
+        &self,
+        now: &Level<FIELDS>,
+        j: usize,
+        columns: Range<usize>,
+        take: impl FnMut(usize, f64, Option<Stress>),
+    );
 
     /// Largest strain at the backing, column `i`.
     fn backing_strain(&self, level: &Level<FIELDS>, i: usize) -> f64;
@@ -127,12 +136,7 @@ pub trait Scheme<const FIELDS: usize>: Send {
         &[]
     }
 
-    /// Stress in the middle of the cell below row `j` at column `i`; `None` where it is not compared with strengths \[γc_p²\].
-    fn cell_stress(&self, _now: &Level<FIELDS>, _j: usize, _i: usize) -> Option<Stress> {
-        None
-    }
-
-    /// Stress on the surface, row 0, or on the backing, at column `i`, likewise.
+    /// Stress on the surface, row 0, or on the backing, at column `i`; `None` where it is not compared with strengths \[γc_p²\].
     ///
     /// * `pressure`: on the node of the surface \[γc_p²\]
     fn face_stress(&self, _now: &Level<FIELDS>, _pressure: f64, _row: usize, _i: usize) -> Option<Stress> {
@@ -210,49 +214,30 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         [self.now[field].row(j), self.before[field].row(j)]
     }
 
-    /// Cells that strains and stresses are taken of at level k.
-    ///
-    /// * `loaded`: number of surface nodes that have been in contact
-    fn watched(&self, loaded: usize) -> Watched {
-        let level = self.level as usize;
-        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
-        let Watched { rows, columns } = Watched::at(&self.grid, level, loaded, strained);
-        Watched { rows: rows.min(self.rows), columns: columns.min(self.columns) }
-    }
-
-    /// Records the strains of cells and on the backing at level k.
-    ///
-    /// * `loaded`: number of surface nodes that have been in contact
-    fn note_strains(&mut self, loaded: usize) {
-        let level = self.level as usize;
-        let Watched { rows, columns } = self.watched(loaded);
-        let backed = if self.grid.has_back { self.grid.nr() } else { 0 };
-        let [cells, backing] = &mut self.peaks;
-        for row in 0..rows {
-            for column in 0..columns {
-                let strain = self.scheme.cell_strain(&self.now, row, column);
-                *cells = cells.larger(CellPeak { strain, level, row, column });
-            }
-        }
-        for column in 0..backed {
-            let strain = self.scheme.backing_strain(&self.now, column).abs();
-            *backing = backing.larger(CellPeak { strain, level, row: self.grid.nz, column });
-        }
-    }
-
-    /// Notes how the stresses at level k compare with strengths: in the cells that strains are taken of, and on both faces.
+    /// Notes the strains of cells and on the backing at level k, and how the stresses compare with strengths: in these cells, and on both faces.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
     /// * `pressure`: on the surface \[γc_p²\]
-    fn note_strengths(&mut self, loaded: usize, pressure: &[f64]) {
-        let (grid, Watched { rows, columns }) = (&self.grid, self.watched(loaded));
+    fn note_strains(&mut self, loaded: usize, pressure: &[f64]) {
+        let (grid, level) = (&self.grid, self.level as usize);
+        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
+        let Watched { rows, columns } = Watched::at(grid, level, loaded, strained);
+        let columns = columns.min(self.columns);
         let known = |row: usize| self.strengths.get(grid.layer_of(row)).filter(|layer| layer.is_known());
-        for row in 0..rows {
-            let Some(strength) = known(row) else { continue };
-            for column in 0..columns {
-                let Some(stress) = self.scheme.cell_stress(&self.now, row, column) else { continue };
-                self.ratios.take(strength, &stress, self.level, || strain::middle(grid, row, column));
-            }
+        let [cells, backing] = &mut self.peaks;
+        for row in 0..rows.min(self.rows) {
+            let strength = known(row);
+            self.scheme.look(&self.now, row, 0..columns, |column, strain, stress| {
+                *cells = cells.larger(CellPeak { strain, level, row, column });
+                if let (Some(strength), Some(stress)) = (strength, stress) {
+                    self.ratios.take(strength, &stress, self.level, || strain::middle(grid, row, column));
+                }
+            });
+        }
+        let backed = if grid.has_back && self.rows > grid.nz { self.columns } else { 0 };
+        for column in 0..backed {
+            let strain = self.scheme.backing_strain(&self.now, column).abs();
+            *backing = backing.larger(CellPeak { strain, level, row: grid.nz, column });
         }
         for row in [Some(0), grid.has_back.then_some(grid.nz)].into_iter().flatten() {
             let Some(strength) = known(row) else { continue };
@@ -373,11 +358,10 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         for i in 0..self.columns {
             self.next[0][[0, i]] = if i < moved { surface.displacement[i] } else { 0.0 };
         }
-        self.note_strains(surface.loaded);
         let frame = request.frame.then(|| self.frame(&surface.pressure));
         let gauges = self.gauge(&surface.pressure, request.lines);
         let before = self.ratios.clone();
-        self.note_strengths(surface.loaded, &surface.pressure);
+        self.note_strains(surface.loaded, &surface.pressure);
         let tensions = self.note_tractions();
         let failures = self.ratios.passed(&before);
         self.steps.push_back(CompletedStep { step, frame, gauges, tensions, failures });
