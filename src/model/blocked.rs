@@ -6,7 +6,7 @@
 //! until theirs are complete.
 //!
 //! Threads share the field through raw parts: a slice never covers a number that another thread may write while it lives, and no
-//! kernel loads one. What orders them is a lock and one counter per tile row ([`handover`], [`progress`]); `Arc` counts are never relied on for ordering.
+//! kernel loads one. What orders them is a lock and one counter per tile row ([`handover`]); `Arc` counts are never relied on for ordering.
 //! `tests/concurrency/run` checks all that: Miri and ThreadSanitizer run the engine on small meshes cut into small tiles, with
 //! plain vectors of every width, whose accesses they see; loom tries the orders in which the band and helpers may run.
 //!
@@ -43,7 +43,6 @@ mod levels;
 #[cfg(all(test, loom))]
 mod models;
 mod parts;
-mod progress;
 mod runs;
 mod sampler;
 mod state;
@@ -53,7 +52,6 @@ mod sync;
 #[cfg(test)]
 mod tests;
 mod tiles;
-mod tiling;
 mod workers;
 
 pub use axial::{Axial, Plate};
@@ -64,8 +62,7 @@ use domain::{Domain, SurfaceMotion, Theory};
 use gauge::Gauge;
 use sampler::Sampler;
 use strains::Strains;
-use tiles::{LevelTask, RowPeak};
-use tiling::Sizes;
+use tiles::{LevelTask, RowPeak, Sizes};
 use workers::{Ended, Workers};
 
 /// Memory of frames that are under way \[bytes\]; two may be in any case.

@@ -15,11 +15,10 @@ use loom::{
 };
 
 use super::{
-    handover::{HandOver, Helper, TileRows},
+    handover::{HandOver, Helper, Order, TileRows, wait_until},
     lane::BLOCK,
     parts::Parts,
-    progress::{Order, wait_until},
-    tiling::{Sizes, Tiling},
+    tiles::{Sizes, Tiling},
 };
 use crate::model::cone::ActiveRegion;
 

@@ -10,8 +10,7 @@ use super::{
     handover::HandOver,
     lane::BLOCK,
     levels::Levels,
-    tiles::{LevelTask, Pass, RowPeak},
-    tiling::{Sizes, Tiling},
+    tiles::{LevelTask, Pass, RowPeak, Sizes, Tiling},
 };
 
 mod state;

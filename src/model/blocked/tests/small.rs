@@ -2,7 +2,7 @@
 //! and store of every thread.
 
 use super::*;
-use crate::model::{Dependence, blocked::tiling::Sizes};
+use crate::model::{Dependence, blocked::tiles::Sizes};
 
 /// Numbers of steps: enough for several passes that begin before the one before them is over. Interpreters take seconds for what
 /// else is a millisecond.
