@@ -158,6 +158,8 @@ struct Columns {
     damping: Option<[RadialWeights<Vec<f64>>; 2]>,
     /// Shares of the inner and this column in the hoop strain in the middle of the cell.
     hoop: [Vec<f64>; 2],
+    /// Share of the cell at the outer side of a node in means over both.
+    share: Vec<f64>,
 }
 
 impl Columns {
@@ -226,6 +228,7 @@ impl Columns {
             face: [0, 1].map(|field| array(&|i| face(field, i), cells - 1)),
             damping,
             hoop: [0, 1].map(|side| array(&|i| hoop(i)[side], cells)),
+            share: array(&|i| area(i + 1) / (area(i) + area(i + 1)), cells - 1),
         }
     }
 }
@@ -866,12 +869,12 @@ impl Scheme<2> for Body {
         let (height, rows) = (self.grid.height(j), cell_rows(now, j));
         for i in columns {
             let [u, v] = self.corners(rows, i);
-            let [lateral, hoops] = [spread, hoop].map(|pair| [height * pair[0][i], height * pair[1][i]]);
+            let [lateral, hoops] =
+                [[height * spread[0][i], height * spread[1][i]], [height * hoop[0][i], height * hoop[1][i]]];
             let strain = cells::largest_strain(u, v, lateral, hoops, height * slope[i]) / (2.0 * height);
             let stress = is_compared.then(|| {
                 let [axial, lateral, shear, ..] = self.strains_of([u, v], height, i);
-                let [inner, outer] = v.map(|[upper, lower]| upper + lower);
-                let hoop = 0.5 * (hoop[0][i] * inner + hoop[1][i] * outer);
+                let hoop = 0.5 * (hoop[0][i] * (v[0][0] + v[0][1]) + hoop[1][i] * (v[1][0] + v[1][1]));
                 Strain { axial, lateral, hoop, shear }.stress(medium).times(*unit)
             });
             take(i, strain, stress);
@@ -911,10 +914,12 @@ impl Body {
     /// * `rows`: see [`cell_rows`]
     #[inline(always)]
     fn corners(&self, rows: [[&[f64]; 2]; 2], i: usize) -> [[[f64; 2]; 2]; 2] {
-        [0, 1].map(|field| {
-            let [upper, lower] = rows[field].map(|row| self.sides(row, field, i));
+        // a closure: maps of arrays are not inlined
+        let around = |[upper, lower]: [&[f64]; 2], field: usize| {
+            let (upper, lower) = (self.sides(upper, field, i), self.sides(lower, field, i));
             [[upper[0], lower[0]], [upper[1], lower[1]]]
-        })
+        };
+        [around(rows[0], 0), around(rows[1], 1)]
     }
 
     /// Strains on the backing at column `i`.
@@ -986,8 +991,7 @@ impl Body {
 
     /// Mean over the cells at either side of node i, weighted by their areas.
     fn mean(&self, i: usize, of: impl Fn(usize) -> Strain) -> Strain {
-        let [inner, outer] = [i, i + 1].map(|i| self.grid.cell_area(i));
-        of(i).between(&of(i + 1), outer / (inner + outer))
+        of(i).between(&of(i + 1), self.columns.share[i])
     }
 
     /// Mean strains of the cells below row `j` at either side of node i.

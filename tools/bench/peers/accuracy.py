@@ -171,6 +171,8 @@ nose_radius = "5 mm"
 material = "steel"
 [impact]
 velocity = "10 m/s"
+[mesh]
+largest_cell = "1 m"
 [run]
 end_time = "30 us"
 stop = "separation"
