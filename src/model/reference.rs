@@ -234,7 +234,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
                 }
             });
         }
-        let backed = if grid.has_back && self.rows > grid.nz { self.columns } else { 0 };
+        let backed = if grid.has_back { grid.nr() } else { 0 };
         for column in 0..backed {
             let strain = self.scheme.backing_strain(&self.now, column).abs();
             *backing = backing.larger(CellPeak { strain, level, row: grid.nz, column });
