@@ -33,6 +33,7 @@ use ndarray_npy::{NpzReader, read_npy};
 
 use crate::desk::Desk;
 use recordings::Maker;
+pub use recordings::change;
 
 /// One test for each table.
 macro_rules! tables {
