@@ -47,7 +47,7 @@ macro_rules! tables {
     };
 }
 
-tables! { diff export foreign folders layers parts plot summary tables trace units verify }
+tables! { diff elements export foreign folders layers parts plot summary tables trace units verify }
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")

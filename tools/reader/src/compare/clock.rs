@@ -69,10 +69,6 @@ pub(super) fn pace(a: &Recording, b: &Recording) -> Option<f64> {
 
 /// Where the times of every pair of channels count from, if that is asked for, or if the mode is free and the recordings
 /// have no time in common; `None` for pairs on one clock.
-///
-/// # Errors
-///
-/// A file cannot be read.
 pub(super) fn starts(
     a: &Recording,
     b: &Recording,

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::measure::Location;
 use crate::instant::Instant;
 
 /// How messages are aligned.
@@ -45,6 +46,13 @@ pub(super) const LOOKED_AT: usize = 16;
 pub(super) struct Moment {
     pub(super) step: Option<u64>,
     pub(super) time: Instant,
+}
+
+impl Moment {
+    /// The place of a sample at this time.
+    pub(super) fn place(self, sample: u64) -> Location {
+        Location { sample, step: self.step, time: self.time, element: 0, position: None }
+    }
 }
 
 /// True if a step is in both.

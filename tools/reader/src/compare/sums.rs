@@ -135,13 +135,8 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// The sums over one element.
-    pub(super) fn of(a: f64, b: f64) -> Self {
-        Self::apart(a, b, (a - b).abs())
-    }
-
-    /// The same for an element whose difference `d` is known better than from the numbers.
-    pub(super) fn apart(a: f64, b: f64, d: f64) -> Self {
+    /// The sums over one element whose difference `d` may be known better than from the numbers.
+    pub(super) fn of(a: f64, b: f64, d: f64) -> Self {
         let mut sums =
             Self { n: 1.0, d1: d, a1: a.abs(), a, b, aa: a * a, bb: b * b, ab: a * b, ..Self::default() };
         sums.difference.add([d].into_iter());
