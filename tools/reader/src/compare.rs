@@ -30,7 +30,7 @@ mod values;
 use std::collections::HashMap;
 
 pub(crate) use measure::{Divergence, Location, Measure};
-pub use mode::{Alignment, Mode};
+pub use mode::Mode;
 pub use options::{Matched, NanRule, Offset, Options, Watch};
 pub use report::{ChannelReport, Comparison, Verdict};
 pub(crate) use report::{Converted, FieldReport};
@@ -218,13 +218,6 @@ fn gaps(comparison: &Comparison, options: &Options) -> Vec<String> {
     gaps
 }
 
-fn needs_scale(a: &Recording, pair: &Pair, rules: &Rules) -> bool {
-    let channel = &a.channels[&pair.a];
-    let Some(layout) = &channel.layout else { return false };
-    let rule = |leaf: usize| rules.of(&channel.topic, &layout.leaves[leaf].path);
-    pair.leaves.iter().any(|&(leaf, _)| rule(leaf).is_some_and(|rule| rule.tolerance.needs_scale()))
-}
-
 /// Scale of every field of the reference over the time compared, by channel and leaf, if a tolerance needs any.
 fn scales(
     a: &Recording,
@@ -232,8 +225,15 @@ fn scales(
     options: &Options,
     window: Option<(u64, u64)>,
 ) -> Result<HashMap<(u16, usize), Scale>, Failure> {
+    let needs_scale = |pair: &Pair| {
+        let channel = &a.channels[&pair.a];
+        let Some(layout) = &channel.layout else { return false };
+        let rule = |(leaf, _): &(usize, usize)| options.rules.of(&channel.topic, &layout.leaves[*leaf].path);
+        let mut rules = pair.leaves.iter().filter_map(rule);
+        rules.any(|rule| rule.tolerance.needs_scale())
+    };
     let mut scales: HashMap<(u16, usize), Scale> = HashMap::new();
-    if !pairs.iter().any(|pair| needs_scale(a, pair, &options.rules)) {
+    if !pairs.iter().any(needs_scale) {
         return Ok(scales);
     }
     let starts: HashMap<_, _> =

@@ -156,7 +156,6 @@ fn said(desk: &Desk, line: &str) -> String {
             let (name, value) = set.split_once('=').expect("NAME=VALUE");
             (out, err, status) = ended(desk.command(arguments).env(name, value), line);
         }
-        ["cp", a, b] => desk.put(b, desk.bytes(a)),
         ["rm", name] => fs::remove_file(desk.path(name)).expect("a file to remove"),
         others => out = seen(desk, others),
     }

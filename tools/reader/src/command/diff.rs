@@ -16,7 +16,7 @@ use serde_json::json;
 
 use crate::{
     command::plot::medium,
-    compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance, Verdict},
+    compare::{Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance, Verdict},
     failure::Failure,
     measured::Sources,
     recording::Limits,
@@ -154,6 +154,7 @@ pub struct Diff {
 }
 
 /// What all comparisons together found.
+#[derive(Default)]
 struct Outcome {
     worst: Verdict,
     lossy: bool,
@@ -184,14 +185,7 @@ impl Diff {
         } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
             say("error: nothing was compared: no recording is in both folders by the same name");
         }
-        let fitting = vec![false; options.rules.rules.len()];
-        let mut result = Outcome {
-            worst: Verdict::Equal,
-            lossy: false,
-            documents: Vec::new(),
-            suites: Vec::new(),
-            fitting,
-        };
+        let mut result = Outcome { fitting: vec![false; options.rules.rules.len()], ..Outcome::default() };
         let mut left = jobs.len();
         for job in &jobs {
             left -= 1;
@@ -362,8 +356,7 @@ impl Diff {
     /// Channels that are not in the recording of differences, because their messages do not go together one by one.
     fn report_unwritten(&self, comparison: &Comparison) {
         let Some(path) = &self.write_diff else { return };
-        let between = |channel: &&ChannelReport| channel.alignment.mode.is_some_and(Mode::is_between);
-        for channel in comparison.channels.iter().filter(between) {
+        for channel in comparison.channels.iter().filter(|channel| channel.is_between()) {
             say(&format!("`{}` was interpolated in time and is not in `{}`", channel.topic, path.display()));
         }
     }
@@ -374,7 +367,7 @@ impl Diff {
         for gap in &comparison.gaps {
             say(&format!("error: `{a}` and `{b}`: {gap}"));
         }
-        let is_relative = comparison.channels.iter().any(|channel| channel.alignment.starts.is_some());
+        let is_relative = comparison.channels.iter().any(|channel| channel.starts.is_some());
         if is_relative && self.align.is_none() {
             say(&format!(
                 "`{a}` and `{b}` have no time in common: times count from the start of each (--align relative)"

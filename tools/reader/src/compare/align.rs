@@ -12,7 +12,7 @@ use super::{
     field::ComparedField,
     measure::Location,
     meter::Sample,
-    mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step},
+    mode::{LOOKED_AT, Mode, Moment, choose, have_common_step},
     options::{Matched, Options, Watch},
     report::{ChannelReport, FieldReport, Hint, Verdict},
     resample::interpolate,
@@ -542,9 +542,9 @@ impl<'a> Aligner<'a> {
         let lacks = self.report.only != [0; 2] || self.report.fields.iter().any(lacks_elements);
         self.report.hint = self.report.hint.or((between && lacks).then_some(Hint::Common));
         self.report.hint = self.report.hint.filter(|_| self.report.verdict() == Verdict::Different);
-        let mode = self.mode.filter(|_| self.report.messages != [0; 2]);
-        let starts = self.starts.map(|starts| starts.map(Instant::number));
-        self.report.alignment = Alignment { mode, automatic: self.options.mode.is_none(), starts };
+        self.report.mode = self.mode.filter(|_| self.report.messages != [0; 2]);
+        self.report.automatic = self.options.mode.is_none();
+        self.report.starts = self.starts.map(|starts| starts.map(Instant::number));
         self.report
     }
 }

@@ -21,11 +21,9 @@ pub struct Location {
 /// Two values that differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
-    /// When and where.
     pub place: Location,
-    /// Value in the reference, as text.
+    /// Values in the reference and in the new recording, as text.
     pub a: String,
-    /// Value in the new recording, as text.
     pub b: String,
 }
 

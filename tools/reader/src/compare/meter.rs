@@ -6,7 +6,7 @@ use super::{
     sums::{Block, Scale, Sums},
     tolerance::{Rule, Tolerance},
     tube::TubeState,
-    values::{has_large, hidden_differences, is_same, number, shorten, text, ulps, whole, within},
+    values::{has_large, is_same, number, shorten, show_hidden, text, ulps, whole, within},
 };
 use crate::wire::List;
 
@@ -129,11 +129,7 @@ impl Meter {
                 keep_apart([a, b], &numbers_a, &mut numbers_b);
                 self.follow(&numbers_a, &numbers_b, sample);
             } else {
-                for i in hidden_differences(a, b) {
-                    if is_same(numbers_a[i], numbers_b[i]) {
-                        numbers_b[i] = f64::from_bits(numbers_a[i].to_bits() ^ 1);
-                    }
-                }
+                show_hidden(a, b, &mut numbers_b);
                 self.numbers::<false>(&numbers_a, &numbers_b, sample);
             }
         } else {

@@ -6,7 +6,8 @@ use super::measure::Location;
 use crate::instant::Instant;
 
 /// How messages are aligned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// Messages of the same step
     Step,
@@ -25,17 +26,6 @@ impl Mode {
     pub fn is_between(self) -> bool {
         matches!(self, Self::Nearest | Self::Linear | Self::Cubic)
     }
-}
-
-/// How messages were aligned, and why.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Alignment {
-    /// The mode; `None` if there was nothing to align.
-    pub mode: Option<Mode>,
-    /// True if it was chosen by looking at the messages.
-    pub automatic: bool,
-    /// Times of both recordings from which the times of their messages count; `None` if those are on one clock.
-    pub starts: Option<[f64; 2]>,
 }
 
 /// First messages of each recording that the choice of a mode depends on.

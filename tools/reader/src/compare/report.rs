@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, path::PathBuf};
 
 use super::{
     measure::{Divergence, Location, Measure},
-    mode::{Alignment, Mode},
+    mode::Mode,
     structure::{Change, Finding},
     tolerance::Rule,
 };
@@ -40,7 +40,7 @@ pub struct Comparison {
 }
 
 /// How a recording was put into other units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Converted {
     /// From SI into dimensionless numbers, by its own scales.
     FromSi,
@@ -51,20 +51,21 @@ pub enum Converted {
 impl Converted {
     /// The same in words.
     ///
-    /// * `names`: of reference and new recording
-    pub fn text(self, names: (&str, &str)) -> String {
+    /// * `a`, `b`: names of reference and new recording
+    pub(crate) fn text(self, a: &str, b: &str) -> String {
         match self {
-            Self::FromSi => format!("{} is converted from SI by its scales", names.1),
-            Self::ToSi => format!("{} is converted to SI by the scales of {}", names.1, names.0),
+            Self::FromSi => format!("{b} is converted from SI by its scales"),
+            Self::ToSi => format!("{b} is converted to SI by the scales of {a}"),
         }
     }
 }
 
 /// How two recordings or channels compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The same bit for bit.
+    #[default]
     Equal,
     /// Within tolerance.
     Within,
@@ -206,12 +207,11 @@ pub enum Hint {
 }
 
 /// Headers of messages that were compared and that differ in a number which does not take part.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Stamp {
-    /// Messages.
-    pub count: u64,
+    pub(super) count: u64,
     /// The numbers of the first of them in both recordings.
-    pub first: Option<(u64, u64)>,
+    pub(super) first: Option<(u64, u64)>,
 }
 
 /// A channel that both recordings have.
@@ -219,8 +219,12 @@ pub struct Stamp {
 pub struct ChannelReport {
     /// Topic.
     pub topic: String,
-    /// How messages were aligned.
-    pub alignment: Alignment,
+    /// How messages were aligned; `None` if there was nothing to align.
+    pub mode: Option<Mode>,
+    /// True if that was chosen by looking at the messages.
+    pub automatic: bool,
+    /// Times of both recordings from which the times of their messages count; `None` if those are on one clock.
+    pub starts: Option<[f64; 2]>,
     /// Samples compared.
     pub compared: u64,
     /// Messages of both without counterpart.
@@ -255,10 +259,14 @@ impl ChannelReport {
         self.undecoded > 0 || (!self.common && !self.is_apart() && self.only != [0; 2])
     }
 
+    /// True if messages of other times were compared.
+    pub(crate) fn is_between(&self) -> bool {
+        self.mode.is_some_and(Mode::is_between)
+    }
+
     /// True if both recordings have messages and interpolation finds no time in common: nothing can be said.
     fn is_apart(&self) -> bool {
-        let between = self.alignment.mode.is_some_and(Mode::is_between);
-        between && self.compared == 0 && self.spans.iter().all(Option::is_some)
+        self.is_between() && self.compared == 0 && self.spans.iter().all(Option::is_some)
     }
 
     /// Verdict on the channel; equal is what both recordings have, all of it and the same bit for bit.

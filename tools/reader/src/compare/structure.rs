@@ -28,11 +28,9 @@ use crate::{
 /// A difference of structure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Topic.
     pub topic: String,
     /// Field, if it is about one.
     pub field: Option<String>,
-    /// What is different.
     pub difference: Difference,
 }
 
@@ -50,14 +48,7 @@ pub enum Difference {
     /// The number of the field, or of one of those that it is in.
     Number(u32, u32),
     /// Entry of the channel metadata: unit, axis, symmetry.
-    Metadata {
-        /// Key, for example `unit`.
-        key: String,
-        /// In the reference.
-        a: String,
-        /// In the new recording.
-        b: String,
-    },
+    Metadata { key: String, a: String, b: String },
 }
 
 impl std::fmt::Display for Finding {
@@ -311,13 +302,11 @@ fn differences(
 /// A difference of metadata or attachments. It explains why numbers differ, and is no difference of its own.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Change {
-    /// Record or attachment.
+    /// Record or attachment, and the key in it.
     pub place: String,
-    /// Key in it.
     pub key: String,
-    /// In the reference; `None` if it is not there.
+    /// What reference and new recording have there, if they do.
     pub a: Option<String>,
-    /// In the new recording; `None` if it is not there.
     pub b: Option<String>,
 }
 

@@ -6,9 +6,7 @@
 pub struct Scale {
     /// Largest magnitude.
     pub peak: f64,
-    /// Least value.
     pub least: f64,
-    /// Greatest value.
     pub greatest: f64,
 }
 
@@ -114,23 +112,17 @@ impl Norm {
 pub struct Sums {
     /// Number of elements.
     pub n: f64,
-    /// Σ|a − b|.
+    /// Σ|a − b| and Σ|a|.
     pub d1: f64,
-    /// Σ|a|.
     pub a1: f64,
-    /// Σa.
+    /// Σa, Σb, Σa², Σb² and Σab.
     pub a: f64,
-    /// Σb.
     pub b: f64,
-    /// Σa².
     pub aa: f64,
-    /// Σb².
     pub bb: f64,
-    /// Σab.
     pub ab: f64,
-    /// ‖a − b‖₂.
+    /// ‖a − b‖₂ and ‖a‖₂.
     pub difference: Norm,
-    /// ‖a‖₂.
     pub reference: Norm,
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 
 use crate::{
@@ -53,10 +52,10 @@ pub(super) fn to_json(a: &Path, b: &Path, comparison: &Comparison) -> Value {
         "a": a,
         "b": b,
         "verdict": comparison.verdict(),
-        "lossy": flag(comparison.is_lossy()),
-        "converted": comparison.converted.map(|converted| converted.text((&a, &b))),
+        "lossy": any(comparison.is_lossy()),
+        "converted": comparison.converted.map(|converted| converted.text(&a, &b)),
         "time_offset": comparison.offset.map(number),
-        "stopped_early": flag(comparison.stopped_early),
+        "stopped_early": any(comparison.stopped_early),
         "gaps": comparison.gaps,
         "damages": damages.collect::<Vec<_>>(),
         "derived": comparison.derived,
@@ -89,14 +88,9 @@ fn is_same(field: &FieldReport) -> bool {
         && [differing, skipped, lengths, apart, dropped] == [&0; 5]
 }
 
-/// A count, unless it is of none.
-fn count(number: u64) -> Option<u64> {
-    (number > 0).then_some(number)
-}
-
-/// A flag, if it is set.
-fn flag(is_set: bool) -> Option<bool> {
-    is_set.then_some(true)
+/// A count unless it is of none, or a flag if it is set.
+fn any<T: Default + PartialEq>(value: T) -> Option<T> {
+    (value != T::default()).then_some(value)
 }
 
 /// An object without what is null or empty in it.
@@ -111,33 +105,31 @@ fn without_none(mut value: Value) -> Value {
 }
 
 fn channel_json(channel: &ChannelReport) -> Value {
-    // as they are typed
-    let mode = channel.alignment.mode.and_then(|mode| Some(mode.to_possible_value()?.get_name().to_owned()));
     let same = channel.fields.iter().filter(|field| is_same(field) && field.measure.elements > 0);
     let same: Map<String, Value> =
         same.map(|field| (field.leaf.path.clone(), field.measure.elements.into())).collect();
     without_none(json!({
         "topic": channel.topic,
         "within": !channel.verdict().has_failed(),
-        "align": mode,
-        "align_chosen": channel.alignment.automatic,
-        "starts": channel.alignment.starts.map(|starts| starts.map(number)),
+        "align": channel.mode,
+        "align_chosen": channel.automatic,
+        "starts": channel.starts.map(|starts| starts.map(number)),
         "messages_a": channel.messages[0],
         "messages_b": channel.messages[1],
         "compared": channel.compared,
-        "common": flag(channel.common),
-        "only_a": count(channel.only[0]),
-        "only_b": count(channel.only[1]),
+        "common": any(channel.common),
+        "only_a": any(channel.only[0]),
+        "only_b": any(channel.only[1]),
         "first_alone": channel.first_unmatched.as_ref().map(|(place, in_a)| {
             let mut value = place_json(place);
             value["in"] = if *in_a { "a" } else { "b" }.into();
             value
         }),
-        "between": count(channel.between),
-        "undecoded": count(channel.undecoded),
-        "interpolated": flag(channel.interpolated),
+        "between": any(channel.between),
+        "undecoded": any(channel.undecoded),
+        "interpolated": any(channel.interpolated),
         "hint": channel.hint.map(|hint| hint.to_string()),
-        "axes_differ": flag(channel.axes_differ),
+        "axes_differ": any(channel.axes_differ),
         "equal": same,
         "fields": channel.fields.iter().filter(|field| !is_same(field)).map(field_json).collect::<Vec<_>>(),
     }))
@@ -150,16 +142,16 @@ fn field_json(field: &FieldReport) -> Value {
         "unit": field.unit,
         "compared": !field.ignored,
         "within": field.within,
-        "untolerated": flag(field.untolerated),
+        "untolerated": any(field.untolerated),
         "tolerance": field.rule.as_ref().map_or("bitwise".to_owned(), |rule| rule.tolerance.to_string()),
         "rule": field.rule.as_ref().map(|rule| &rule.origin),
         "values": measure.elements,
         "differing": measure.differing,
         "beyond": measure.beyond,
-        "skipped": count(measure.skipped),
-        "lengths": count(measure.lengths),
-        "apart": count(measure.apart),
-        "dropped": count(measure.dropped),
+        "skipped": any(measure.skipped),
+        "lengths": any(measure.lengths),
+        "apart": any(measure.apart),
+        "dropped": any(measure.dropped),
         "max_abs": measure.max.as_ref().map(|(max, _)| number(*max)),
         "max_abs_at": measure.max.as_ref().map(|(_, place)| place_json(place)),
         "max_peak_rel": measure.peak_relative().map(number),

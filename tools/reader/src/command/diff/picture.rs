@@ -53,7 +53,7 @@ fn field_panels(
     (limits, sources): (Limits, &Sources),
 ) -> Result<Vec<Panel>, Failure> {
     let topic = &channel.topic;
-    let [start_a, start_b] = channel.alignment.starts.unwrap_or_default();
+    let [start_a, start_b] = channel.starts.unwrap_or_default();
     let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
     let element = field.leaf.element(place.element);
     let curve = |path: &Path, start: f64| curve(path, topic, &element, start, (limits, sources));

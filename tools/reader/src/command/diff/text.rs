@@ -123,10 +123,10 @@ fn silent_text(silent: &[&ChannelReport]) -> String {
 
 /// How the new recording was put into other units, and where times count from, where that is the start of each recording.
 fn conversions(Shown { a, b, comparison }: &Shown, style: Style) -> String {
-    let units = comparison.converted.map(|converted| converted.text((a, b)));
+    let units = comparison.converted.map(|converted| converted.text(a, b));
     let mut lines: Vec<String> =
         units.map(|line| format!("  {} {line}\n", style.paint("33", "units"))).into_iter().collect();
-    for [a, b] in comparison.channels.iter().filter_map(|channel| channel.alignment.starts) {
+    for [a, b] in comparison.channels.iter().filter_map(|channel| channel.starts) {
         lines.push(format!("  times count from the start of each recording: {a} and {b}\n"));
     }
     let mut known = HashSet::new();
@@ -213,13 +213,12 @@ pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
 
 /// Messages without a counterpart, of either recording.
 fn alone(channel: &ChannelReport) -> impl Iterator<Item = String> {
-    let is_between = channel.alignment.mode.is_some_and(Mode::is_between);
     let [only_a, only_b] = channel.only;
     let sides = [(only_a, "the reference", true), (only_b, "the new recording", false)];
     sides.into_iter().filter(|(count, ..)| *count > 0).map(move |(count, of, of_a)| {
         let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == of_a);
         let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
-        match is_between {
+        match channel.is_between() {
             true => format!("{count} messages of {of} are not compared{first}"),
             false => format!("{count} messages only in {of}{first}"),
         }
@@ -227,7 +226,7 @@ fn alone(channel: &ChannelReport) -> impl Iterator<Item = String> {
 }
 
 fn alignment(channel: &ChannelReport) -> String {
-    let how = match channel.alignment.mode {
+    let how = match channel.mode {
         None => return "no message in either".into(),
         Some(Mode::Step) => "by step",
         Some(Mode::Time) => "by exact time",
