@@ -79,8 +79,8 @@ fn compare_in(
     structure::find_chosen(a, b, options)?;
     let (mut pairs, structure) = structure::pair(a, b, options);
     pairs.iter().try_for_each(|pair| options.window.check(&a.channels[&pair.a]))?;
-    let ids: Vec<[u16; 2]> = pairs.iter().map(|pair| [pair.a, pair.b]).collect();
-    for (pair, starts) in pairs.iter_mut().zip(clock::starts(a, b, options, &ids)?) {
+    let starts = clock::starts(a, b, options, &pairs)?;
+    for (pair, starts) in pairs.iter_mut().zip(starts) {
         pair.starts = starts;
     }
     let offset = match options.time_offset {

@@ -185,7 +185,9 @@ impl Diff {
         } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
             say("error: nothing was compared: no recording is in both folders by the same name");
         }
-        let mut result = Outcome { fitting: vec![false; options.rules.rules.len()], ..Outcome::default() };
+        let worst = if jobs.is_empty() { Verdict::NotCompared } else { Verdict::Equal };
+        let fitting = vec![false; options.rules.rules.len()];
+        let mut result = Outcome { worst, fitting, ..Outcome::default() };
         let mut left = jobs.len();
         for job in &jobs {
             left -= 1;
@@ -201,9 +203,6 @@ impl Diff {
             if self.options.fail_fast && result.worst == Verdict::Different {
                 break;
             }
-        }
-        if jobs.is_empty() {
-            result.worst = Verdict::NotCompared;
         }
         report_idle(&options.rules, &result.fitting, &jobs);
         self.conclude(result, jobs.len() - left, left)

@@ -132,15 +132,9 @@ impl Comparison {
     }
 
     /// Values compared, how many of them differ, and how many are beyond tolerance.
-    pub fn counts(&self) -> [u64; 3] {
-        let fields = self.channels.iter().flat_map(|channel| &channel.fields).filter(|field| !field.ignored);
-        fields.fold([0; 3], |[values, differing, beyond], FieldReport { measure, .. }| {
-            [
-                values + measure.elements - measure.skipped,
-                differing + measure.differing,
-                beyond + measure.beyond,
-            ]
-        })
+    pub(crate) fn counts(&self) -> [u64; 3] {
+        let channels = self.channels.iter().map(ChannelReport::counts);
+        channels.fold([0; 3], |sums, counts| [0, 1, 2].map(|i| sums[i] + counts[i]))
     }
 
     /// Verdict on all that was to be compared.
@@ -283,10 +277,18 @@ impl ChannelReport {
         }
     }
 
-    /// Values compared.
-    pub fn values(&self) -> u64 {
+    /// Values compared, how many of them differ, and how many are beyond tolerance.
+    fn counts(&self) -> [u64; 3] {
         let fields = self.fields.iter().filter(|field| !field.ignored);
-        fields.map(|field| field.measure.elements - field.measure.skipped).sum()
+        fields.fold([0; 3], |[values, differing, beyond], FieldReport { measure, .. }| {
+            let compared = measure.elements - measure.skipped;
+            [values + compared, differing + measure.differing, beyond + measure.beyond]
+        })
+    }
+
+    /// Values compared.
+    pub(crate) fn values(&self) -> u64 {
+        self.counts()[0]
     }
 
     /// That both recordings have messages, at times of which none is in both, if it is so.

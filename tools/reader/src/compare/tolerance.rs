@@ -56,9 +56,7 @@ pub struct Tube {
 impl Tolerance {
     /// True if single elements are checked.
     pub fn holds_elements(&self) -> bool {
-        let allowances = [self.abs, self.rel, self.peak_rel, self.range_rel];
-        let any = allowances.iter().any(Option::is_some) || self.ulp.is_some() || self.tube.is_some();
-        any || self.l2_rel.is_none()
+        self.l2_rel.is_none() || !Self { l2_rel: None, ..self.clone() }.is_bitwise()
     }
 
     /// True if nothing but the same bits is allowed.
