@@ -4,10 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use percuss_fuzz::{LIMITS, file};
-use percuss_reader::{
-    command::diff::{diff, verdict},
-    compare::Options,
-};
+use percuss_reader::{command::diff::diff, compare::Options, measured::Sources};
 
 fuzz_target!(|bytes: &[u8]| {
     // without a second recording it is compared with itself
@@ -17,8 +14,8 @@ fuzz_target!(|bytes: &[u8]| {
     let (a, b) = (file("a.mcap", a), file("b.mcap", b));
     for relative in [false, true] {
         let options = Options { relative, ..Options::default() };
-        if let Ok(comparison) = diff(&a, &b, &options, LIMITS.of_two(), None) {
-            verdict(&comparison);
+        if let Ok(comparison) = diff(&a, &b, &options, LIMITS, &Sources::default(), None) {
+            comparison.verdict();
         }
     }
 });

@@ -29,12 +29,12 @@ mod values;
 
 use std::collections::HashMap;
 
-pub use measure::{Divergence, Location, Measure};
-pub use mode::{Alignment, Mode};
+pub(crate) use measure::{Divergence, Location, Measure};
+pub use mode::Mode;
 pub use options::{Matched, NanRule, Offset, Options, Watch};
-pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint, Stamp};
-pub use structure::{Change, Difference, Finding};
-pub use sums::{Norm, Scale, Sums};
+pub use report::{ChannelReport, Comparison, Verdict};
+pub(crate) use report::{Converted, FieldReport};
+pub(crate) use structure::{Change, Difference};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
 pub(crate) use values::shorten;
 
@@ -45,6 +45,7 @@ use crate::{
 use align::Aligner;
 use stream::{Input, Order};
 use structure::Pair;
+use sums::Scale;
 
 /// Memory that comparing a field takes: sums, places, recent samples, numbers of the last message \[bytes\].
 const FIELD: usize = 4096;
@@ -78,8 +79,8 @@ fn compare_in(
     structure::find_chosen(a, b, options)?;
     let (mut pairs, structure) = structure::pair(a, b, options);
     pairs.iter().try_for_each(|pair| options.window.check(&a.channels[&pair.a]))?;
-    let ids: Vec<[u16; 2]> = pairs.iter().map(|pair| [pair.a, pair.b]).collect();
-    for (pair, starts) in pairs.iter_mut().zip(clock::starts(a, b, options, &ids)?) {
+    let starts = clock::starts(a, b, options, &pairs)?;
+    for (pair, starts) in pairs.iter_mut().zip(starts) {
         pair.starts = starts;
     }
     let offset = match options.time_offset {
@@ -94,10 +95,8 @@ fn compare_in(
         )));
     }
     let converted = pairs.iter().map(|pair| &pair.converter).find(|converter| !converter.is_empty());
-    let converted = converted.map(|converter| match converter.is_from_si() {
-        true => Converted::FromSi,
-        false => Converted::ToSi,
-    });
+    let converted =
+        converted.map(|converter| if converter.is_from_si() { Converted::FromSi } else { Converted::ToSi });
     if watch.is_some() && converted.is_some() {
         return Err(Failure::Failed(
             "--write-diff needs recordings in the same units: one of these is in SI, the other dimensionless"
@@ -143,7 +142,7 @@ fn compare_in(
         channels: channels
             .into_iter()
             .map(Aligner::report)
-            .filter(|channel| !stopped_early || channel.compared + channel.only_a + channel.only_b > 0)
+            .filter(|channel| !stopped_early || channel.compared > 0 || channel.only != [0; 2])
             .collect(),
         ..Comparison::default()
     };
@@ -186,10 +185,10 @@ fn inputs<'a>(
 }
 
 /// What was to be compared and could not be; that nothing was, only if nothing else says why.
-fn gaps(comparison: &Comparison, options: &Options) -> Vec<Gap> {
-    let mut gaps: Vec<Gap> = comparison.channels.iter().flat_map(ChannelReport::gaps).collect();
+fn gaps(comparison: &Comparison, options: &Options) -> Vec<String> {
+    let mut gaps: Vec<String> = comparison.channels.iter().flat_map(ChannelReport::gaps).collect();
     let values: u64 = comparison.channels.iter().map(ChannelReport::values).sum();
-    if values > 0 || !gaps.is_empty() || comparison.is_different() {
+    if values > 0 || !gaps.is_empty() || comparison.verdict() == Verdict::Different {
         return gaps;
     }
     let messages: u64 = comparison.channels.iter().flat_map(|channel| channel.messages).sum();
@@ -215,15 +214,8 @@ fn gaps(comparison: &Comparison, options: &Options) -> Vec<Gap> {
         },
         (false, _) => "no field that was chosen has a value (--topic, --field, --ignore, --skip-nan)".into(),
     };
-    gaps.push(Gap::Nothing(why));
+    gaps.push(format!("nothing was compared: {why}"));
     gaps
-}
-
-fn needs_scale(a: &Recording, pair: &Pair, rules: &Rules) -> bool {
-    let channel = &a.channels[&pair.a];
-    let Some(layout) = &channel.layout else { return false };
-    let rule = |leaf: usize| rules.of(&channel.topic, &layout.leaves[leaf].path);
-    pair.leaves.iter().any(|&(leaf, _)| rule(leaf).is_some_and(|rule| rule.tolerance.needs_scale()))
 }
 
 /// Scale of every field of the reference over the time compared, by channel and leaf, if a tolerance needs any.
@@ -233,8 +225,15 @@ fn scales(
     options: &Options,
     window: Option<(u64, u64)>,
 ) -> Result<HashMap<(u16, usize), Scale>, Failure> {
+    let needs_scale = |pair: &Pair| {
+        let channel = &a.channels[&pair.a];
+        let Some(layout) = &channel.layout else { return false };
+        let rule = |(leaf, _): &(usize, usize)| options.rules.of(&channel.topic, &layout.leaves[*leaf].path);
+        let mut rules = pair.leaves.iter().filter_map(rule);
+        rules.any(|rule| rule.tolerance.needs_scale())
+    };
     let mut scales: HashMap<(u16, usize), Scale> = HashMap::new();
-    if !pairs.iter().any(|pair| needs_scale(a, pair, &options.rules)) {
+    if !pairs.iter().any(needs_scale) {
         return Ok(scales);
     }
     let starts: HashMap<_, _> =

@@ -57,24 +57,3 @@ impl Scales {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_recording_in_si_says_its_scale() {
-        let scales = |length: &str| BTreeMap::from([("scale.length_m".to_owned(), length.to_owned())]);
-        let known = Scales { from: scales("0.02"), to: BTreeMap::new() };
-        assert_eq!(known.conversion("m", "R"), Some(Conversion::Divide(0.02)));
-        // the dimensionless one has none to say
-        assert_eq!(known.conversion("R", "m"), None);
-        assert_eq!(known.conversion("s", "R/c_p"), None);
-        assert_eq!(known.conversion("m", "R/c_p"), None);
-        let other = Scales { from: scales("0.5"), to: scales("0.02") };
-        assert_eq!(other.conversion("R", "m").map(|by| by.apply(3.0)), Some(0.06));
-        for wrong in ["0", "-1", "inf", "NaN", "a"] {
-            assert_eq!(Scales { from: scales(wrong), ..Scales::default() }.conversion("m", "R"), None);
-        }
-    }
-}

@@ -121,33 +121,22 @@ impl std::str::FromStr for Bound {
 
 /// Whole nanoseconds not after and not before a decimal number of seconds; `None` beyond all log times.
 fn nanoseconds(text: &str) -> Option<(i128, i128)> {
-    /// Digits of nanoseconds that are distinguished.
-    const DIGITS: i64 = 30;
+    /// Digits before the point of any number with an exponent that is read at all: no log time has as many.
+    const DIGITS: i64 = 400;
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let (is_negative, mantissa) = match mantissa.strip_prefix('-') {
-        Some(size) => (true, size),
-        None => (false, mantissa.strip_prefix('+').unwrap_or(mantissa)),
-    };
+    let is_negative = mantissa.starts_with('-');
+    let mantissa = mantissa.strip_prefix(['-', '+']).unwrap_or(mantissa);
     let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
     let digits = format!("{whole}{fraction}");
-    let significant = digits.trim_start_matches('0');
-    if significant.is_empty() {
-        return Some((0, 0));
-    }
-    if !significant.bytes().all(|byte| byte.is_ascii_digit()) {
-        return None;
-    }
-    let zeros = i64::try_from(digits.len() - significant.len()).ok()?;
-    let point = i64::try_from(whole.len()).ok()?.checked_sub(zeros)?.checked_add(9)?;
-    let point = point.checked_add(exponent.parse().ok()?)?;
-    if point > DIGITS {
+    let point = i64::try_from(whole.len()).ok()?.checked_add(exponent.parse().ok()?)?.checked_add(9)?;
+    if point > DIGITS || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
     let kept = usize::try_from(point.max(0)).ok()?;
-    let (known, rest) = significant.split_at(kept.min(significant.len()));
-    let known = format!("0{known}{}", "0".repeat(kept - known.len()));
-    let (size, more) = (known.parse::<i128>().ok()?, i128::from(rest.bytes().any(|digit| digit != b'0')));
-    Some(if is_negative { (-size - more, -size) } else { (size, size + more) })
+    let (known, rest) = digits.split_at(kept.min(digits.len()));
+    let size = format!("0{known}{}", "0".repeat(kept - known.len())).parse::<i128>().ok()?;
+    let more = i128::from(rest.bytes().any(|digit| digit != b'0'));
+    Some(if is_negative { (-size - more, -size) } else { (size, size.saturating_add(more)) })
 }
 
 /// A time of a frame.

@@ -63,16 +63,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_dotted() {
-        let mut budget = Budget::new(1 << 20);
-        let flat = entries(b"a = 1\n[b]\nc = inf\nd = [1, 2]\n", &mut budget).expect("TOML");
-        let keys: Vec<&str> = flat.keys().map(String::as_str).collect();
-        assert_eq!(keys, ["a", "b.c", "b.d"]);
-        assert_eq!(flat["b.d"].to_string(), "[1, 2]");
-        assert!(entries(b"a = ", &mut budget).is_none());
-    }
-
-    #[test]
     fn long_keys_are_charged_with_every_value() {
         let content = format!("[{}]\na = 1\nb = 2\n", "k".repeat(4000));
         assert!(entries(content.as_bytes(), &mut Budget::new(1 << 20)).is_some());

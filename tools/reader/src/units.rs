@@ -93,36 +93,3 @@ impl Units {
         if prefixed { self.choose(unit, largest) } else { self.of(unit) }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_chosen_by_quantity() {
-        let units = |texts: &[&str]| Units {
-            chosen: texts.iter().map(|text| text.parse().expect("a unit")).collect(),
-        };
-        let chosen = units(&["force=kN", "time = us", "velocity=mm/s", "force=MN/m", "impulse=mN s"]);
-        for (unit, number, expected, name) in [
-            ("N", 1500.0, 1.5, "kN"),
-            ("N/m", 2e6, 2.0, "MN/m"),
-            ("s", 1e-3, 1e3, "µs"),
-            ("m/s", 2.0, 2000.0, "mm/s"),
-            ("N s", 0.5, 500.0, "mN s"),
-            ("Pa", 2e6, 2.0, "MPa"),
-        ] {
-            let shown = chosen.choose(unit, number).expect("a unit");
-            assert_eq!((shown.apply(number), shown.unit.as_str()), (expected, name));
-        }
-        assert_eq!((chosen.of("Pa"), chosen.choose("R", 1.0)), (None, None));
-        for (text, what) in [
-            ("kN", "as in force=kN"),
-            ("mass=kg", "known are time, length, velocity, force, stress, energy, impulse"),
-            ("force=kPa", "`kPa` is no unit of force; known is N or N/m, with one of the prefixes p n µ m"),
-        ] {
-            let error = text.parse::<ChosenUnit>().expect_err("an error");
-            assert!(error.contains(what), "{error}");
-        }
-    }
-}

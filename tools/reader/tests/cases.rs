@@ -33,6 +33,7 @@ use ndarray_npy::{NpzReader, read_npy};
 
 use crate::desk::Desk;
 use recordings::Maker;
+pub use recordings::change;
 
 /// One test for each table.
 macro_rules! tables {
@@ -46,7 +47,7 @@ macro_rules! tables {
     };
 }
 
-tables! { diff export foreign folders layers parts plot summary tables trace units verify }
+tables! { diff elements export foreign folders layers parts plot summary tables trace units verify }
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")
@@ -155,7 +156,6 @@ fn said(desk: &Desk, line: &str) -> String {
             let (name, value) = set.split_once('=').expect("NAME=VALUE");
             (out, err, status) = ended(desk.command(arguments).env(name, value), line);
         }
-        ["cp", a, b] => desk.put(b, desk.bytes(a)),
         ["rm", name] => fs::remove_file(desk.path(name)).expect("a file to remove"),
         others => out = seen(desk, others),
     }

@@ -2,11 +2,12 @@
 //! has what it says of each way of comparing.
 
 use mcap::{Compression, WriteOptions};
-use prost_reflect::{DynamicMessage, Value};
+use prost_reflect::Value;
 
 use crate::{
+    cases::change,
     desk::Desk,
-    forge::{Dice, Forged, forge, plain},
+    forge::{self, Dice, Forged, forge, plain},
 };
 
 /// What is said of two files, by a comparison that ends with a status.
@@ -33,155 +34,96 @@ enum Expected {
     /// A finding of structure on topic.field.
     Structure(String),
     /// The sign of a zero at a step of /profile.p[3]: all bits count, the number is the same.
-    Zero(usize),
+    Zero(u64),
 }
 
-fn add(value: &mut Value, how: usize) {
-    let f64_next = |x: f64| match how {
-        0 => x.next_up(),
-        1 => x + 1e-9,
-        _ => f64::NAN,
-    };
-    match value {
-        Value::F64(x) => *x = f64_next(*x),
-        // 1e-9 is less than half a unit in the last place of a float near 1
-        Value::F32(x) if how < 2 => *x = x.next_up(),
-        Value::F32(x) => *x = f32::NAN,
-        other => panic!("{other:?} is no floating-point number"),
-    }
-}
-
-/// Sets an element of a list in a message.
-fn set_element(message: &mut DynamicMessage, field: &str, i: usize, value: Value) {
-    let mut list = message.get_field_by_name(field).expect("a field").into_owned();
-    if let Value::List(list) = &mut list {
-        list[i] = value;
-    }
-    message.set_field_by_name(field, list);
-}
-
-/// Sets /profile.p[3] of a step.
-fn zero(recording: &mut Forged, step: usize, zero: f64) {
-    set_element(&mut recording.channel("/profile").messages[step].1, "p", 3, Value::F64(zero));
-}
-
-/// The number of a step.
-fn step_of(message: &DynamicMessage) -> u64 {
-    message.get_field_by_name("step").and_then(|step| step.as_u64()).expect("a number")
-}
-
-/// Changes one thing somewhere in a recording.
-fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
-    let steps = recording.channels[0].messages.len() as u64;
+/// Lines that change one thing somewhere in a recording, and what is reported of it.
+fn mutation(recording: &Forged, dice: &mut Dice) -> (Vec<String>, Expected) {
     let kind = dice.below(10);
-    match kind {
+    // a message of a topic, its number and its step
+    let one = |topic: &str, dice: &mut Dice| {
+        let channel = recording.channels.iter().find(|channel| channel.topic == topic).expect("the topic");
+        let at = dice.below(channel.messages.len());
+        let message = &channel.messages[at].1;
+        let step = message.get_field_by_name("step").and_then(|step| step.as_u64()).expect("a number");
+        (at, step, message)
+    };
+    let (line, expected) = match kind {
         // one value: a unit in the last place, 1e-9, not a number
         0..=2 => {
-            let (topic, field) =
-                [("/scalar", "force"), ("/scalar", "load"), ("/profile", "p"), ("/slice", "values")]
-                    [dice.below(4)];
-            let channel = recording.channel(topic);
-            let at = dice.below(channel.messages.len());
-            let message = &mut channel.messages[at].1;
-            let step = step_of(message);
-            let mut value = message.get_field_by_name(field).expect("a field").into_owned();
-            let name = match &mut value {
-                Value::List(list) => {
-                    let i = dice.below(list.len());
-                    add(&mut list[i], kind);
-                    format!("{topic}.{field}[{i}]")
-                }
-                value => {
-                    add(value, kind);
-                    format!("{topic}.{field}")
-                }
+            let (topic, field, is_float) = [
+                ("/scalar", "force", false),
+                ("/scalar", "load", true),
+                ("/profile", "p", false),
+                ("/slice", "values", true),
+            ][dice.below(4)];
+            let (at, step, message) = one(topic, dice);
+            let element = match &*message.get_field_by_name(field).expect("a field") {
+                Value::List(list) => format!("[{}]", dice.below(list.len())),
+                _ => String::new(),
             };
-            message.set_field_by_name(field, value);
-            Expected::At(step, name)
+            let sum = match (kind, is_float) {
+                (2, _) => "nan",
+                // 1e-9 is less than half a unit in the last place of a float near 1
+                (_, true) => "next_float(x)",
+                (0, false) => "next(x)",
+                (_, false) => "x + 1e-9",
+            };
+            let name = format!("{topic}.{field}{element}");
+            (format!("set {topic}[{at}] {field}{element} = {sum}"), Expected::At(step, name))
         }
         // a series is three steps late from some step on
         3 => {
-            let from = 5 + dice.below(steps as usize - 20);
-            let channel = recording.channel("/scalar");
-            let old: Vec<Value> = channel
-                .messages
-                .iter()
-                .map(|(_, message)| message.get_field_by_name("force").expect("a field").into_owned())
-                .collect();
-            for (i, (_, message)) in channel.messages.iter_mut().enumerate().skip(from) {
-                message.set_field_by_name("force", old[i - 3].clone());
-            }
-            Expected::At(from as u64, "/scalar.force".into())
+            let messages = &recording.channels[0].messages;
+            let from = 5 + dice.below(messages.len() - 20);
+            let force = |i: usize| messages[i].1.get_field_by_name("force").and_then(|force| force.as_f64());
+            let line = |i| format!("set /scalar[{i}] force = {:?}", force(i - 3).expect("a number"));
+            let expected = Expected::At(from as u64, "/scalar.force".into());
+            return ((from..messages.len()).map(line).collect(), expected);
         }
         4 => {
             let topic = ["/scalar", "/profile", "/slice", "/note"][dice.below(4)];
-            let channel = recording.channel(topic);
-            let at = dice.below(channel.messages.len());
-            let (_, message) = channel.messages.remove(at);
-            Expected::Unmatched(step_of(&message), topic)
+            let (at, step, _) = one(topic, dice);
+            (format!("remove {topic}[{at}]"), Expected::Unmatched(step, topic))
         }
         5 => {
-            let (message, topic) = [(0, "/scalar"), (1, "/profile")][dice.below(2)];
-            let fields = &mut recording.file.message_type[message].field;
-            let i = 2 + dice.below(fields.len() - 2);
-            let name = fields[i].name.replace("renamed".into()).unwrap_or_default();
-            Expected::Structure(format!("{topic}.{name}"))
+            let (kind, topic) = [("Scalar", "/scalar"), ("Profile", "/profile")][dice.below(2)];
+            let types = &recording.file.message_type;
+            let fields = &types.iter().find(|message| message.name() == kind).expect("the type").field;
+            let name = fields[2 + dice.below(fields.len() - 2)].name();
+            (format!("field {kind} {name} renamed"), Expected::Structure(format!("{topic}.{name}")))
         }
         6 => {
             let (topic, field, unit) =
                 [("/scalar", "force", "kN"), ("/profile", "p", "MPa"), ("/profile", "r0", "mm")]
                     [dice.below(3)];
-            recording.channel(topic).metadata.insert(format!("unit.{field}"), unit.into());
-            Expected::Structure(format!("{topic}.{field}"))
+            (format!("meta {topic} unit.{field}={unit}"), Expected::Structure(format!("{topic}.{field}")))
         }
         7 => {
-            let channel = recording.channel("/scalar");
-            let at = dice.below(channel.messages.len());
-            let message = &mut channel.messages[at].1;
-            let field = ["count", "flag"][dice.below(2)];
-            let value = match message.get_field_by_name(field).expect("a field").into_owned() {
-                Value::I64(count) => Value::I64(count + 1),
-                Value::Bool(flag) => Value::Bool(!flag),
-                other => other,
-            };
-            message.set_field_by_name(field, value);
-            Expected::At(at as u64, format!("/scalar.{field}"))
+            let (at, step, _) = one("/scalar", dice);
+            let (field, sum) = [("count", "x + 1"), ("flag", "1 - x")][dice.below(2)];
+            (format!("set /scalar[{at}] {field} = {sum}"), Expected::At(step, format!("/scalar.{field}")))
         }
         8 => {
-            let channel = recording.channel("/note");
-            let at = dice.below(channel.messages.len());
-            let message = &mut channel.messages[at].1;
-            let part = |name: &str, value| {
-                let mut part = message.get_field_by_name("place").expect("a field").into_owned();
-                if let Value::Message(part) = &mut part {
-                    part.set_field_by_name(name, value);
-                }
-                part
-            };
-            let name = match dice.below(3) {
-                0 => {
-                    message.set_field_by_name("text", Value::String("other".into()));
-                    "/note.text"
-                }
-                1 => {
-                    let part = part("x", Value::F64(-7.0));
-                    set_element(message, "parts", 1, part);
-                    "/note.parts[1].x"
-                }
-                _ => {
-                    let part = part("tags", Value::List(vec![Value::I32(1), Value::I32(-3)]));
-                    set_element(message, "parts", 0, part);
-                    "/note.parts.tags[1]"
-                }
-            };
-            Expected::At(step_of(message), name.into())
+            let (at, step, _) = one("/note", dice);
+            let (name, field, sum) = [
+                ("text", "text", "\"other\"".to_owned()),
+                ("parts[1].x", "parts[1]", r#"{"x": -7, "tags": [1, -2]}"#.to_owned()),
+                (
+                    "parts.tags[1]",
+                    "parts[0]",
+                    format!(r#"{{"x": {:?}, "tags": [1, -3]}}"#, forge::time(step)),
+                ),
+            ][dice.below(3)]
+            .clone();
+            (format!("set /note[{at}] {field} = {sum}"), Expected::At(step, format!("/note.{name}")))
         }
         _ => {
-            let at = dice.below(recording.channel("/profile").messages.len());
-            zero(recording, at, -0.0);
-            Expected::Zero(at)
+            let (at, step, _) = one("/profile", dice);
+            (format!("set /profile[{at}] p[3] = -0.0"), Expected::Zero(step))
         }
-    }
+    };
+    (vec![line], expected)
 }
 
 #[test]
@@ -190,15 +132,16 @@ fn five_hundred_mutations_are_found_and_located() {
     for round in 0..500 {
         let mut a = forge(60, round);
         let mut b = a.clone();
-        let expected = mutate(&mut b, &mut dice);
-        if let Expected::Zero(at) = expected {
-            zero(&mut a, at, 0.0);
+        let (lines, expected) = mutation(&a, &mut dice);
+        lines.iter().for_each(|line| change(&mut b, line));
+        if let Expected::Zero(_) = expected {
+            change(&mut a, &lines[0].replace("-0.0", "0"));
         }
         let files = || [&a, &b].map(|recording| recording.write(plain()));
         let text = compared(1, files(), &[], round);
         match expected {
-            Expected::Zero(at) => {
-                assert_eq!(first(&text), Some((at as u64, "/profile.p[3]")), "round {round}");
+            Expected::Zero(step) => {
+                assert_eq!(first(&text), Some((step, "/profile.p[3]")), "round {round}");
                 let tolerant = compared(0, files(), &["--abs", "0"], round);
                 assert!(
                     tolerant.starts_with("a.mcap -> b.mcap: within tolerance\n"),

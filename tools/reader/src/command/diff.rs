@@ -16,7 +16,7 @@ use serde_json::json;
 
 use crate::{
     command::plot::medium,
-    compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
+    compare::{Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance, Verdict},
     failure::Failure,
     measured::Sources,
     recording::Limits,
@@ -26,40 +26,35 @@ use crate::{
     },
 };
 
-pub use checks::{Suite, github, junit, markdown};
-pub use jobs::{Job, Verdict, bless, diff, is_whole, jobs, verdict};
-pub use json::JSON_VERSION;
-pub use json::to_json;
-pub use picture::picture;
-pub use text::{Style, summary, to_text};
+use checks::{Suite, github, junit, markdown};
+pub use jobs::diff;
+use jobs::{Job, bless, is_whole, jobs};
+use json::{JSON_VERSION, to_json};
+use picture::picture;
+use shown::Shown;
+use text::{Style, summary, to_text};
 
-/// Value of `--align`: a mode, or one by itself with relative times.
+/// Value of `--align`: a mode, or none and relative times.
 #[derive(Clone, Copy, Debug)]
-enum Align {
-    Mode(Mode),
-    Relative,
-}
+struct Align(Option<Mode>);
 
 impl ValueEnum for Align {
     fn value_variants<'a>() -> &'a [Self] {
+        use Mode::{Cubic, Linear, Nearest, Step, Time};
         &[
-            Self::Mode(Mode::Step),
-            Self::Mode(Mode::Time),
-            Self::Mode(Mode::Nearest),
-            Self::Mode(Mode::Linear),
-            Self::Mode(Mode::Cubic),
-            Self::Relative,
+            Self(Some(Step)),
+            Self(Some(Time)),
+            Self(Some(Nearest)),
+            Self(Some(Linear)),
+            Self(Some(Cubic)),
+            Self(None),
         ]
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        match self {
-            Self::Mode(mode) => mode.to_possible_value(),
-            Self::Relative => Some(
-                PossibleValue::new("relative")
-                    .help("Times count from the start of each recording; then by step, exact time or linear"),
-            ),
-        }
+        let help = "Times count from the start of each recording; then by step, exact time or linear";
+        let relative = || Some(PossibleValue::new("relative").help(help));
+        self.0.map_or_else(relative, |mode| mode.to_possible_value())
     }
 }
 
@@ -159,6 +154,7 @@ pub struct Diff {
 }
 
 /// What all comparisons together found.
+#[derive(Default)]
 struct Outcome {
     worst: Verdict,
     lossy: bool,
@@ -189,14 +185,9 @@ impl Diff {
         } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
             say("error: nothing was compared: no recording is in both folders by the same name");
         }
+        let worst = if jobs.is_empty() { Verdict::NotCompared } else { Verdict::Equal };
         let fitting = vec![false; options.rules.rules.len()];
-        let mut result = Outcome {
-            worst: Verdict::Equal,
-            lossy: false,
-            documents: Vec::new(),
-            suites: Vec::new(),
-            fitting,
-        };
+        let mut result = Outcome { worst, fitting, ..Outcome::default() };
         let mut left = jobs.len();
         for job in &jobs {
             left -= 1;
@@ -212,9 +203,6 @@ impl Diff {
             if self.options.fail_fast && result.worst == Verdict::Different {
                 break;
             }
-        }
-        if jobs.is_empty() {
-            result.worst = Verdict::NotCompared;
         }
         report_idle(&options.rules, &result.fitting, &jobs);
         self.conclude(result, jobs.len() - left, left)
@@ -254,23 +242,22 @@ impl Diff {
         let comparison = diff(a, b, options, limits, &sources, written)?;
         self.report_unwritten(&comparison);
         result.fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
-        let names = (a.to_string_lossy(), b.to_string_lossy());
-        let names = (names.0.as_ref(), names.1.as_ref());
+        let shown = Shown::of(a, b, &comparison);
         let style = Style { colour: has_colour(), explain: self.explain };
-        result.suites.push(Suite::of(names, &comparison));
+        result.suites.push(Suite::of(&shown));
         if self.json {
-            result.documents.push(to_json(names, &comparison));
+            result.documents.push(to_json(a, b, &comparison));
         } else if self.summary {
-            if_read(print_painted(&summary(names, &comparison, style)))?;
+            if_read(print_painted(&summary(&shown, style)))?;
         } else if !self.markdown {
-            if_read(print_painted(&to_text(names, &comparison, style)))?;
+            if_read(print_painted(&to_text(&shown, style)))?;
         }
-        self.report_gaps(names, &comparison);
+        self.report_gaps(a, b, &comparison);
         self.draw(a, b, &comparison, limits)?;
         if self.bless {
-            return self.accept(a, b, &comparison);
+            return accept(a, b, &comparison);
         }
-        result.worst = result.worst.max(verdict(&comparison));
+        result.worst = result.worst.max(comparison.verdict());
         result.lossy |= comparison.is_lossy();
         Ok(())
     }
@@ -286,11 +273,7 @@ impl Diff {
         if self.json {
             let document = json!({
                 "version": JSON_VERSION,
-                "verdict": match worst {
-                    Verdict::Equal | Verdict::Within => "within",
-                    Verdict::NotCompared => "not_compared",
-                    Verdict::Different => "different",
-                },
+                "verdict": worst.max(Verdict::Within),
                 "comparisons": documents,
                 "not_made": left,
             });
@@ -325,8 +308,8 @@ impl Diff {
         let usage = |error: String| Failure::Usage(error);
         let mut rules = Rules::default();
         for pattern in &self.ignore {
-            let tolerance = Tolerance { ignore: true, ..Tolerance::default() };
-            rules.rules.push(Rule::new(pattern, tolerance, format!("--ignore {pattern}")).map_err(usage)?);
+            let tolerance = Tolerance { field: pattern.clone(), ignore: true, ..Tolerance::default() };
+            rules.rules.push(Rule::new(tolerance, format!("--ignore {pattern}")).map_err(usage)?);
         }
         rules.rules.extend(self.tolerances.iter().cloned());
         if let Some(path) = &self.tolerance_file {
@@ -335,14 +318,12 @@ impl Diff {
             rules.add_file(&path.to_string_lossy(), &text).map_err(usage)?;
         }
         if self.for_all != Tolerance::default() {
-            rules.rules.push(Rule::new("*", self.for_all.clone(), "flags".into()).map_err(usage)?);
+            let tolerance = Tolerance { field: "*".into(), ..self.for_all.clone() };
+            rules.rules.push(Rule::new(tolerance, "flags".into()).map_err(usage)?);
         }
         Ok(Options {
-            mode: match self.align {
-                Some(Align::Mode(mode)) => Some(mode),
-                Some(Align::Relative) | None => None,
-            },
-            relative: matches!(self.align, Some(Align::Relative)),
+            mode: self.align.and_then(|Align(mode)| mode),
+            relative: matches!(self.align, Some(Align(None))),
             rules,
             nan: match (self.nan_equal, self.skip_nan) {
                 (_, true) => NanRule::Skipped,
@@ -374,48 +355,37 @@ impl Diff {
     /// Channels that are not in the recording of differences, because their messages do not go together one by one.
     fn report_unwritten(&self, comparison: &Comparison) {
         let Some(path) = &self.write_diff else { return };
-        let between = |channel: &&ChannelReport| channel.alignment.mode.is_some_and(Mode::is_between);
-        for channel in comparison.channels.iter().filter(between) {
+        for channel in comparison.channels.iter().filter(|channel| channel.is_between()) {
             say(&format!("`{}` was interpolated in time and is not in `{}`", channel.topic, path.display()));
         }
     }
 
     /// What could not be compared, and how times were aligned if that was chosen by itself.
-    fn report_gaps(&self, names: (&str, &str), comparison: &Comparison) {
+    fn report_gaps(&self, a: &Path, b: &Path, comparison: &Comparison) {
+        let (a, b) = (a.display(), b.display());
         for gap in &comparison.gaps {
-            say(&format!("error: `{}` and `{}`: {gap}", names.0, names.1));
+            say(&format!("error: `{a}` and `{b}`: {gap}"));
         }
-        let is_relative = comparison.channels.iter().any(|channel| channel.alignment.starts.is_some());
+        let is_relative = comparison.channels.iter().any(|channel| channel.starts.is_some());
         if is_relative && self.align.is_none() {
             say(&format!(
-                "`{}` and `{}` have no time in common: times count from the start of each (--align relative)",
-                names.0, names.1
+                "`{a}` and `{b}` have no time in common: times count from the start of each (--align relative)"
             ));
         }
     }
 
     fn draw(&self, a: &Path, b: &Path, comparison: &Comparison, limits: Limits) -> Result<(), Failure> {
         let Some(output) = &self.plot else { return Ok(()) };
+        let unwritten = |why: &str| say(&format!("`{}` is not written: {why}", output.display()));
         if comparison.converted.is_some() {
-            say(&format!("`{}` is not written: the recordings are in different units", output.display()));
-            return Ok(());
+            unwritten("the recordings are in different units");
+        } else if let Some(picture) =
+            picture(a, b, comparison, limits, &self.sources(a, b)?, medium(output)?)?
+        {
+            write(Some(output), self.force, &picture)?;
+        } else {
+            unwritten("no numbers differ");
         }
-        match picture(a, b, comparison, limits, &self.sources(a, b)?, medium(output)?)? {
-            Some(picture) => write(Some(output), self.force, &picture),
-            None => {
-                say(&format!("`{}` is not written: no numbers differ", output.display()));
-                Ok(())
-            }
-        }
-    }
-
-    fn accept(&self, a: &Path, b: &Path, comparison: &Comparison) -> Result<(), Failure> {
-        if comparison.is_lossy() {
-            let text = "a damaged or partial recording is not accepted as a reference (--bless)";
-            return Err(Failure::Usage(text.into()));
-        }
-        bless(a, b).map_err(|error| OutputError::new(a, error))?;
-        say(&format!("`{}` is now `{}`", a.display(), b.display()));
         Ok(())
     }
 
@@ -437,10 +407,21 @@ impl Diff {
             return Err(Failure::Usage(text));
         }
         let reference = first.join(name);
-        bless(&reference, new).map_err(|error| OutputError::new(&reference, error))?;
+        bless(&reference, new)?;
         say(&format!("`{}` is new, it is `{}`", reference.display(), new.display()));
         Ok(true)
     }
+}
+
+/// Takes over a new recording.
+fn accept(a: &Path, b: &Path, comparison: &Comparison) -> Result<(), Failure> {
+    if comparison.is_lossy() {
+        let text = "a damaged or partial recording is not accepted as a reference (--bless)";
+        return Err(Failure::Usage(text.into()));
+    }
+    bless(a, b)?;
+    say(&format!("`{}` is now `{}`", a.display(), b.display()));
+    Ok(())
 }
 
 /// Reports rules that fit nothing in any of the recordings: perhaps a name is misspelled.

@@ -12,9 +12,9 @@ use super::{
     field::ComparedField,
     measure::Location,
     meter::Sample,
-    mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step},
+    mode::{LOOKED_AT, Mode, Moment, choose, have_common_step},
     options::{Matched, Options, Watch},
-    report::{ChannelReport, FieldReport, Hint},
+    report::{ChannelReport, FieldReport, Hint, Verdict},
     resample::interpolate,
     structure::Pair,
     sums::Scale,
@@ -38,11 +38,6 @@ fn step_leaf(layout: &Layout) -> Option<usize> {
     (is_integer && layout.leaves[leaf].is_single).then_some(leaf)
 }
 
-/// The place of a message.
-fn place(sample: u64, step: Option<u64>, time: Instant) -> Location {
-    Location { sample, step, time: time.number(), nanoseconds: time.nanoseconds(), ..Location::default() }
-}
-
 /// Memory that a message takes while it waits \[bytes\].
 fn weight(item: &Kept) -> usize {
     /// A queue grows to twice its length; a message of its own is a block.
@@ -62,8 +57,8 @@ struct Waiting {
 
 /// Aligns the messages of two channels and measures them.
 pub(super) struct Aligner<'a> {
-    a: &'a Channel,
-    b: &'a Channel,
+    channels: [&'a Channel; 2],
+    /// Of the reference.
     id: u16,
     /// None where messages are compared as bytes.
     decoders: Option<[Decoder; 2]>,
@@ -81,8 +76,6 @@ pub(super) struct Aligner<'a> {
     at: Option<(Instant, usize)>,
     /// Only one of the channels is timed by its log time.
     is_mixed: bool,
-    /// First and last time of the messages of both.
-    spans: [Option<(Instant, Instant)>; 2],
     options: &'a Options,
     /// What is added to the times of the new recording.
     offset: f64,
@@ -105,9 +98,9 @@ impl<'a> Aligner<'a> {
         scales: &HashMap<(u16, usize), Scale>,
         room: usize,
     ) -> Self {
-        let (channel_a, channel_b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
-        let topic = &channel_a.topic;
-        let decoders = Decoder::of(channel_a).zip(Decoder::of(channel_b)).map(<[Decoder; 2]>::from);
+        let channels = [&a.channels[&pair.a], &b.channels[&pair.b]];
+        let topic = &channels[0].topic;
+        let decoders = Decoder::of(channels[0]).zip(Decoder::of(channels[1])).map(<[Decoder; 2]>::from);
         // messages without any field are compared as bytes, which both must have at the same times
         let decoders = decoders.filter(|both| both.iter().any(|decoder| decoder.layout().leaves.len() > 1));
         let layouts = decoders.as_ref().map(|both| both.each_ref().map(Decoder::layout));
@@ -115,7 +108,6 @@ impl<'a> Aligner<'a> {
             None => vec![ComparedField::whole(topic, options)],
             Some(layouts) => {
                 let known = |leaf: usize| scales.get(&(pair.a, leaf)).copied();
-                let channels = [channel_a, channel_b];
                 ComparedField::all(channels, layouts, &pair.leaves, &pair.converter, options, known)
             }
         };
@@ -125,8 +117,7 @@ impl<'a> Aligner<'a> {
             options.mode.map(|mode| if layouts.is_none() && mode.is_between() { Mode::Time } else { mode });
         let is_tolerant = fields.iter().any(|field| !field.is_key && field.is_tolerant());
         Self {
-            a: channel_a,
-            b: channel_b,
+            channels,
             id: pair.a,
             decoders,
             interchangeable,
@@ -136,8 +127,7 @@ impl<'a> Aligner<'a> {
             is_tolerant,
             exact: 0,
             at: None,
-            is_mixed: channel_a.has_time() != channel_b.has_time(),
-            spans: [None; 2],
+            is_mixed: channels[0].has_time() != channels[1].has_time(),
             options,
             offset: offset.unwrap_or(0.0),
             starts: pair.starts,
@@ -166,17 +156,15 @@ impl<'a> Aligner<'a> {
         item: Kept,
         watch: &mut Option<Watch<'_>>,
     ) -> Result<(), Failure> {
-        let channel = [self.a, self.b][side];
+        let channel = self.channels[side];
         let start = self.starts.map(|starts| starts[side]);
-        let time = clock::time(channel, start, &item.data, item.log_time);
-        let time = match time {
-            Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
-            time => time,
-        };
-        let time = match (side, time) {
-            (1, time) if self.offset != 0.0 => time.later(self.offset),
-            (_, time) => time,
-        };
+        let mut time = clock::time(channel, start, &item.data, item.log_time);
+        if let (1, Instant::Number(number)) = (side, &mut time) {
+            *number = self.converter.time(*number);
+        }
+        if side == 1 && self.offset != 0.0 {
+            time = time.later(self.offset);
+        }
         let outside = !self.options.window.holds(time);
         if outside && !(side == 1 && self.mode.map_or(self.is_tolerant, Mode::is_between)) {
             return Ok(());
@@ -192,12 +180,14 @@ impl<'a> Aligner<'a> {
             return self.advance(watch);
         }
         self.report.messages[side] += 1;
-        let (first, last) = self.spans[side].unwrap_or((time, time));
+        let (first, last) = self.report.spans[side].get_or_insert((time, time));
         // NaN is neither first nor last, if there is another
-        let first = if time < first || first.number().is_nan() { time } else { first };
-        let last = if time > last || last.number().is_nan() { time } else { last };
-        self.spans[side] = Some((first, last));
-        self.report.spans[side] = Some((first.number(), last.number()));
+        if time < *first || first.number().is_nan() {
+            *first = time;
+        }
+        if time > *last || last.number().is_nan() {
+            *last = time;
+        }
         self.advance(watch)
     }
 
@@ -287,14 +277,14 @@ impl<'a> Aligner<'a> {
 
     /// Fails if there is no room to wait for more messages.
     fn wait(&self) -> Result<(), Failure> {
-        match self.is_full(0) || self.is_full(1) {
-            true => Err(Failure::Failed(format!(
-                "messages of `{}` are too far from their counterparts in the other recording to be kept until those come; \
-                 compare only that topic (--topic), or raise --max-memory",
-                self.report.topic
-            ))),
-            false => Ok(()),
+        if !self.is_full(0) && !self.is_full(1) {
+            return Ok(());
         }
+        Err(Failure::Failed(format!(
+            "messages of `{}` are too far from their counterparts in the other recording to be kept until those come; \
+             compare only that topic (--topic), or raise --max-memory",
+            self.report.topic
+        )))
     }
 
     fn pop(&mut self, side: usize) -> Option<Waiting> {
@@ -313,20 +303,16 @@ impl<'a> Aligner<'a> {
     /// Counts a message without counterpart.
     fn alone(&mut self, side: usize, moment: Moment) {
         let report = &mut self.report;
-        *[&mut report.only_a, &mut report.only_b][side] += 1;
-        let Moment { step, time } = moment;
-        let is_earlier = |(place, _): &(Location, bool)| time < place.instant();
-        if report.first_unmatched.as_ref().is_none_or(is_earlier) {
-            let place = place(report.compared, step, time);
-            report.first_unmatched = Some((place, side == 0));
+        report.only[side] += 1;
+        if report.first_unmatched.as_ref().is_none_or(|(place, _)| moment.time < place.time) {
+            report.first_unmatched = Some((moment.place(report.compared), side == 0));
         }
     }
 
     /// The place of a sample, which is counted.
     fn sample(&mut self, a: &Waiting) -> Location {
-        let Moment { step, time } = a.moment;
         self.report.compared += 1;
-        place(self.report.compared - 1, step, time)
+        a.moment.place(self.report.compared - 1)
     }
 
     /// True if the pair of messages that was counted last is not one of those to compare.
@@ -350,9 +336,12 @@ impl<'a> Aligner<'a> {
             return Ok(());
         }
         if let Some(watch) = watch {
-            let (channel, log_time) = (self.id, a.item.log_time);
-            let matched = Matched { channel, log_time, a: &a.item.data, b: &b.item.data };
-            watch(&matched)?;
+            watch(&Matched {
+                channel: self.id,
+                log_time: a.item.log_time,
+                a: &a.item.data,
+                b: &b.item.data,
+            })?;
         }
         self.compare_stamps(&a.item, &b.item);
         let place = self.sample(&a);
@@ -453,7 +442,8 @@ impl<'a> Aligner<'a> {
         else {
             return;
         };
-        let is_inside = self.spans[0].is_some_and(|(first, last)| (first..=last).contains(&moment.time));
+        let is_inside =
+            self.report.spans[0].is_some_and(|(first, last)| (first..=last).contains(&moment.time));
         match is_inside && self.options.mode.is_some() {
             true => self.report.between += 1,
             false => self.alone(1, moment),
@@ -537,28 +527,24 @@ impl<'a> Aligner<'a> {
         let between = self.mode.is_some_and(Mode::is_between);
         self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact; 2];
         let fields = self.fields.into_iter().map(|field| {
-            let is_offset = self.offset != 0.0;
             let is_from_start = self.starts.is_some() && (self.options.relative || field.is_tolerant());
-            let relative = is_offset || is_from_start;
-            field.report(&self.report, self.is_tolerant, between, relative)
+            field.report(&self.report, self.is_tolerant, between, is_from_start || self.offset != 0.0)
         });
         self.report.fields = fields.collect();
         let is_moved = self.starts.is_some() && !self.options.relative;
-        let is_late = |field: &FieldReport| field.path == convention::TIME && !field.within;
+        let is_late = |field: &FieldReport| field.leaf.path == convention::TIME && !field.within;
         if self.report.fields.iter().any(|field| field.untolerated) {
             self.report.hint = Some(Hint::Tolerance);
         } else if is_moved && self.report.fields.iter().any(is_late) {
             self.report.hint = Some(Hint::Relative);
         }
-        let lacks = self.report.only_a + self.report.only_b > 0
-            || self.report.fields.iter().any(FieldReport::lacks_elements);
-        if self.report.hint.is_none() && between && lacks {
-            self.report.hint = Some(Hint::Common);
-        }
-        self.report.hint = self.report.hint.filter(|_| self.report.is_different());
-        let mode = self.mode.filter(|_| self.report.messages != [0; 2]);
-        let starts = self.starts.map(|starts| starts.map(Instant::number));
-        self.report.alignment = Alignment { mode, automatic: self.options.mode.is_none(), starts };
+        let lacks_elements = |field: &FieldReport| !field.ignored && field.measure.dropped > 0;
+        let lacks = self.report.only != [0; 2] || self.report.fields.iter().any(lacks_elements);
+        self.report.hint = self.report.hint.or((between && lacks).then_some(Hint::Common));
+        self.report.hint = self.report.hint.filter(|_| self.report.verdict() == Verdict::Different);
+        self.report.mode = self.mode.filter(|_| self.report.messages != [0; 2]);
+        self.report.automatic = self.options.mode.is_none();
+        self.report.starts = self.starts.map(|starts| starts.map(Instant::number));
         self.report
     }
 }

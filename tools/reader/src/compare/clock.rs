@@ -4,7 +4,7 @@
 //! and the difference of their starts says nothing: then times count from the first message of each recording on that
 //! clock. All channels of a recording on a clock share the start, so one that is late against the others stays late.
 
-use super::options::Options;
+use super::{options::Options, structure::Pair};
 use crate::{
     channel::Channel, convention, failure::Failure, instant::Instant, messages::Recording, scales::Scales,
 };
@@ -69,15 +69,11 @@ pub(super) fn pace(a: &Recording, b: &Recording) -> Option<f64> {
 
 /// Where the times of every pair of channels count from, if that is asked for, or if the mode is free and the recordings
 /// have no time in common; `None` for pairs on one clock.
-///
-/// # Errors
-///
-/// A file cannot be read.
 pub(super) fn starts(
     a: &Recording,
     b: &Recording,
     options: &Options,
-    pairs: &[[u16; 2]],
+    pairs: &[Pair],
 ) -> Result<Vec<Option<[Instant; 2]>>, Failure> {
     // runs of percuss: their message times follow from their log times, so that the messages need not be read
     let follow = [a, b].iter().all(|recording| recording.log_window(None, None).is_some());
@@ -88,11 +84,11 @@ pub(super) fn starts(
         return Ok(vec![None; pairs.len()]);
     }
     let has_time = |recording: &Recording, id: u16| recording.channels[&id].has_time();
-    let spans_a = spans(a, pairs.iter().any(|pair| has_time(a, pair[0])))?;
-    let spans_b = spans(b, pairs.iter().any(|pair| has_time(b, pair[1])))?;
-    let starts = pairs.iter().map(|&[id_a, id_b]| {
-        let span_a = spans_a[usize::from(!has_time(a, id_a))]?;
-        let span_b = spans_b[usize::from(!has_time(b, id_b))]?;
+    let spans_a = spans(a, pairs.iter().any(|pair| has_time(a, pair.a)))?;
+    let spans_b = spans(b, pairs.iter().any(|pair| has_time(b, pair.b)))?;
+    let starts = pairs.iter().map(|pair| {
+        let span_a = spans_a[usize::from(!has_time(a, pair.a))]?;
+        let span_b = spans_b[usize::from(!has_time(b, pair.b))]?;
         (is_asked || are_apart(span_a, span_b)).then_some([span_a.0, span_b.0])
     });
     Ok(starts.collect())

@@ -19,7 +19,6 @@ use crate::{
 
 /// A field of a pair of channels.
 pub(super) struct ComparedField {
-    path: String,
     leaf: Leaf,
     unit: Option<String>,
     pub(super) leaf_a: usize,
@@ -55,8 +54,6 @@ impl ComparedField {
         let field = |&(leaf_a, leaf_b): &(usize, usize)| {
             let leaf = layout_a.leaves[leaf_a].clone();
             let path = leaf.path.as_str();
-            // keys and counts say which values belong together: nothing is allowed of them
-            let rule = options.rules.of(&a.topic, path).filter(|_| !leaf.is_key).cloned();
             let axis_a = Axis::of(leaf_a, layout_a, a);
             Self {
                 unit: a.unit(path).map(str::to_owned),
@@ -65,13 +62,9 @@ impl ComparedField {
                 axis_b: converter.axis(Axis::of(leaf_b, layout_b, b), &axis_a),
                 axis_a,
                 even: convention::is_even(&a.metadata, path),
-                ignored: !options.compares(&a.topic, path),
                 is_axis_part: axis_parts.iter().any(|parts| parts.contains(path)),
                 is_key: is_key(layout_a, leaf_a),
-                is_resampled: false,
-                meter: Meter::new(rule, known(leaf_a), options.nan),
-                path: path.into(),
-                leaf,
+                ..Self::of(&a.topic, leaf, options, known(leaf_a))
             }
         };
         leaves.iter().map(field).collect()
@@ -79,20 +72,26 @@ impl ComparedField {
 
     /// Whole messages of a topic, compared as bytes.
     pub(super) fn whole(topic: &str, options: &Options) -> Self {
+        Self::of(topic, Leaf::whole(WHOLE), options, None)
+    }
+
+    /// The first leaf of both, without a unit or an axis.
+    fn of(topic: &str, leaf: Leaf, options: &Options, known: Option<Scale>) -> Self {
+        // keys and counts say which values belong together: nothing is allowed of them
+        let rule = options.rules.of(topic, &leaf.path).filter(|_| !leaf.is_key).cloned();
         Self {
-            path: WHOLE.into(),
-            leaf: Leaf::whole(WHOLE),
             unit: None,
             leaf_a: 0,
             leaf_b: 0,
             axis_a: Axis::Unknown,
             axis_b: Axis::Unknown,
             even: false,
-            ignored: !options.compares(topic, WHOLE),
+            ignored: !options.compares(topic, &leaf.path),
             is_axis_part: false,
             is_key: false,
             is_resampled: false,
-            meter: Meter::new(options.rules.of(topic, WHOLE).cloned(), None, options.nan),
+            meter: Meter::new(rule, known, options.nan),
+            leaf,
         }
     }
 
@@ -114,7 +113,7 @@ impl ComparedField {
             self.meter.take_same(list_a, place.clone());
             return false;
         }
-        if let Some(starts) = starts.filter(|_| self.path == convention::TIME && self.leaf.is_single)
+        if let Some(starts) = starts.filter(|_| self.leaf.path == convention::TIME && self.leaf.is_single)
             && let (Some(a), Some(b)) = (list_a.number(0), list_b.number(0))
         {
             let [a, b] = since(starts, [a, b]).map(|time| List::Double(vec![time]));
@@ -180,7 +179,7 @@ impl ComparedField {
 
     /// True for the stamp of a message, no plain number.
     fn is_stamp(&self) -> bool {
-        self.is_key && !matches!(self.path.as_str(), convention::STEP | convention::TIME)
+        self.is_key && !matches!(self.leaf.path.as_str(), convention::STEP | convention::TIME)
     }
 
     /// Ends the comparison.
@@ -210,8 +209,7 @@ impl ComparedField {
             untolerated,
             unseen_stamp: is_unseen && self.is_stamp() && !self.ignored,
             within: ignored || (self.meter.is_within() && !untolerated && !lacks_elements),
-            path: self.path,
-            element: self.leaf,
+            leaf: self.leaf,
             unit: self.unit,
             ignored,
             rule: self.meter.rule,
@@ -234,44 +232,4 @@ fn is_key(layout: &Layout, index: usize) -> bool {
     let parent = layout.way(index).last().map(|slot| slot.field.parent_message().full_name());
     matches!(leaf.path.as_str(), convention::STEP | convention::TIME)
         || (leaf.lists == 0 && parent == Some("google.protobuf.Timestamp") && layout.is_stamp(index))
-}
-
-#[cfg(test)]
-mod tests {
-    use prost_reflect::{
-        DescriptorPool,
-        prost_types::{
-            FieldDescriptorProto,
-            field_descriptor_proto::{Label, Type},
-        },
-    };
-
-    use super::*;
-    use crate::wire::schema::tests::{field, file, message};
-
-    #[test]
-    fn fields_that_say_when_are_known_by_name_and_type() {
-        let double = |name: &str, number| field(name, number, Type::Double, None);
-        let inner = |name: &str, number, of: &str| field(name, number, Type::Message, Some(of));
-        let stamp = ".google.protobuf.Timestamp";
-        let header = vec![inner("stamp", 1, stamp), double("seconds", 2)];
-        let pose = vec![
-            double("time", 1),
-            inner("header", 2, ".Header"),
-            FieldDescriptorProto { label: Some(Label::Repeated.into()), ..inner("history", 3, stamp) },
-            inner("timestamp", 4, stamp),
-            double("x", 5),
-            inner("calibrated", 6, stamp),
-        ];
-        let mut file = file("robot.proto", vec![message("Header", header), message("Pose", pose)]);
-        file.dependency.push("google/protobuf/timestamp.proto".into());
-        let mut pool = DescriptorPool::global();
-        pool.add_file_descriptor_proto(file).expect("a sound schema");
-        let layout = Layout::of(&pool.get_message_by_name("Pose").expect("the message"));
-        let keys = (0..layout.leaves.len()).filter(|&leaf| is_key(&layout, leaf));
-        let keys: Vec<&str> = keys.map(|leaf| layout.leaves[leaf].path.as_str()).collect();
-        let expected =
-            ["time", "header.stamp.seconds", "header.stamp.nanos", "timestamp.seconds", "timestamp.nanos"];
-        assert_eq!(keys, expected);
-    }
 }

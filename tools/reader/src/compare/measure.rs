@@ -4,37 +4,26 @@ use super::sums::{Scale, Sums};
 use crate::instant::Instant;
 
 /// When and where a value stands.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Location {
     /// Number of the sample among those compared.
     pub sample: u64,
     /// Step, where messages have one.
     pub step: Option<u64>,
-    /// Time of the reference, or its log time in seconds.
-    pub time: f64,
-    /// The same to the nanosecond, if it is a log time \[ns\].
-    pub nanoseconds: Option<i128>,
+    /// Time of the reference.
+    pub(crate) time: Instant,
     /// Number of the element.
     pub element: usize,
     /// Position of the element on its axes, in words: `r = 0.5`.
     pub position: Option<String>,
 }
 
-impl Location {
-    /// When it is; log times as whole numbers.
-    pub(super) fn instant(&self) -> Instant {
-        self.nanoseconds.map_or(Instant::Number(self.time), Instant::Log)
-    }
-}
-
 /// Two values that differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
-    /// When and where.
     pub place: Location,
-    /// Value in the reference, as text.
+    /// Values in the reference and in the new recording, as text.
     pub a: String,
-    /// Value in the new recording, as text.
     pub b: String,
 }
 

@@ -6,7 +6,7 @@ use super::{
     sums::{Block, Scale, Sums},
     tolerance::{Rule, Tolerance},
     tube::TubeState,
-    values::{has_large, hidden_differences, is_same, number, shorten, text, ulps, whole, within},
+    values::{has_large, is_same, number, shorten, show_hidden, text, ulps, whole, within},
 };
 use crate::wire::List;
 
@@ -14,14 +14,50 @@ use crate::wire::List;
 pub(super) struct Meter {
     pub(super) measure: Measure,
     pub(super) rule: Option<Rule>,
+    allowance: Allowance,
     nan: NanRule,
     /// Both fields are of single precision.
     floats: bool,
-    /// Scale of the reference over all samples, if a tolerance needs it.
-    known: Option<Scale>,
     tube: Option<TubeState>,
     number_a: Vec<f64>,
     number_b: Vec<f64>,
+}
+
+/// By how much single elements may differ.
+struct Allowance {
+    is_checked: bool,
+    is_bitwise: bool,
+    /// Relative to the element of the reference.
+    rel: f64,
+    /// Whatever the element.
+    fixed: f64,
+    ulp: Option<u64>,
+}
+
+impl Allowance {
+    fn of(tolerance: &Tolerance, scale: Scale) -> Self {
+        let range = tolerance.range_rel.map(|share| scale.share_of_range(share));
+        let fixed = [tolerance.abs, tolerance.peak_rel.map(|share| share * scale.peak), range];
+        Self {
+            // a tube checks them itself
+            is_checked: tolerance.holds_elements() && tolerance.tube.is_none(),
+            is_bitwise: tolerance.is_bitwise(),
+            rel: tolerance.rel.unwrap_or(0.0),
+            fixed: fixed.into_iter().flatten().fold(0.0, f64::max),
+            ulp: tolerance.ulp,
+        }
+    }
+
+    /// True if an element that is not the same differs by more than is allowed, units in the last place aside.
+    fn is_outside(&self, reference: f64, difference: f64) -> bool {
+        let allowed = self.fixed.max(self.rel * reference.abs());
+        self.is_bitwise || difference != 0.0 && !within(difference, allowed)
+    }
+
+    /// True if so many units in the last place are allowed.
+    fn is_near(&self, ulps: impl FnOnce() -> Option<u64>) -> bool {
+        self.ulp.is_some_and(|most| ulps().is_some_and(|distance| distance <= most))
+    }
 }
 
 /// When a message is, and where its elements are.
@@ -44,15 +80,16 @@ fn small(numbers: Vec<f64>) -> Vec<f64> {
 }
 
 impl Meter {
+    /// * `known`: scale of the reference over all samples, if the tolerance needs it
     pub(super) fn new(rule: Option<Rule>, known: Option<Scale>, nan: NanRule) -> Self {
-        let tube = rule.as_ref().and_then(|rule| rule.tolerance.tube).map(|tube| TubeState::new(tube, nan));
+        let tolerance = rule.as_ref().map(|rule| rule.tolerance.clone()).unwrap_or_default();
         Self {
             measure: Measure::default(),
             rule,
+            allowance: Allowance::of(&tolerance, known.unwrap_or_default()),
             nan,
             floats: false,
-            known,
-            tube,
+            tube: tolerance.tube.map(|tube| TubeState::new(tube, nan)),
             number_a: Vec::new(),
             number_b: Vec::new(),
         }
@@ -86,15 +123,13 @@ impl Meter {
             let length = numbers_a.len().min(numbers_b.len());
             numbers_a.truncate(length);
             numbers_b.truncate(length);
+            self.floats = matches!((a, b), (List::Float(_), List::Float(_)));
             if has_large(a) || has_large(b) {
-                self.exactly([a, b], (&numbers_a, &mut numbers_b), sample);
+                self.each(&numbers_a, &numbers_b, Some([a, b]), sample);
+                keep_apart([a, b], &numbers_a, &mut numbers_b);
+                self.follow(&numbers_a, &numbers_b, sample);
             } else {
-                for i in hidden_differences(a, b) {
-                    if is_same(numbers_a[i], numbers_b[i]) {
-                        numbers_b[i] = f64::from_bits(numbers_a[i].to_bits() ^ 1);
-                    }
-                }
-                self.floats = matches!((a, b), (List::Float(_), List::Float(_)));
+                show_hidden(a, b, &mut numbers_b);
                 self.numbers::<false>(&numbers_a, &numbers_b, sample);
             }
         } else {
@@ -105,150 +140,84 @@ impl Meter {
 
     /// Measures numbers, and checks them against the tolerance.
     fn numbers<const SAME: bool>(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
+        let block = Block::of::<SAME>(a, b);
+        if block.sums.are_finite() {
+            self.measure.elements += a.len() as u64;
+            self.measure.sums.add(&block.sums);
+            self.measure.scale.join(&block.scale);
+            self.measure.differing += block.differing;
+            if block.differing > 0 {
+                self.find(a, b, block.max, sample);
+            }
+        } else {
+            self.each(a, b, None, sample);
+        }
+        self.follow(a, b, sample);
+    }
+
+    /// Finds the largest and the first difference of elements of which some differ, and those beyond tolerance.
+    fn find(&mut self, a: &[f64], b: &[f64], max: f64, sample: &Sample<'_>) {
+        let pairs = || a.iter().copied().zip(b.iter().copied());
+        let is_largest = |(x, y): (f64, f64)| !is_same(x, y) && (x - y).abs() == max;
+        self.measure.widen(max, || sample.at(pairs().position(is_largest).unwrap_or(0)));
+        if self.measure.first.is_none() {
+            let first = pairs().position(|(x, y)| !is_same(x, y)).unwrap_or(0);
+            self.note(self.divergence(sample.at(first), a[first], b[first]), false);
+        }
+        let allowance = &self.allowance;
+        let is_outside = |(x, y): (f64, f64)| !is_same(x, y) && allowance.is_outside(x, (x - y).abs());
+        if !allowance.is_checked || !pairs().fold(false, |any, pair| any | is_outside(pair)) {
+            return;
+        }
+        let is_near = |(x, y): (f64, f64)| allowance.is_near(|| ulps(x, y, self.floats));
+        let mut beyond = (0..).zip(pairs()).filter(|(_, pair)| is_outside(*pair) && !is_near(*pair));
+        let Some((first, (x, y))) = beyond.next() else { return };
+        self.measure.beyond += 1 + beyond.count() as u64;
+        if self.measure.first_beyond.is_none() {
+            self.note(self.divergence(sample.at(first), x, y), true);
+        }
+    }
+
+    /// Measures and checks elements one by one, where some are not finite, or are whole numbers that are no double-precision numbers:
+    /// the difference of two whole numbers is exact.
+    ///
+    /// * `exact`: the lists, if they hold such whole numbers
+    fn each(&mut self, a: &[f64], b: &[f64], exact: Option<[&List; 2]>, sample: &Sample<'_>) {
         self.measure.elements += a.len() as u64;
-        self.elements::<SAME>(a, b, sample);
+        self.measure.scale.add(a);
+        for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
+            let distance = exact.and_then(|[a, b]| Some(whole(a, i)?.abs_diff(whole(b, i)?)));
+            let difference = distance.map_or((x - y).abs(), |distance| distance as f64);
+            if x.is_finite() && y.is_finite() {
+                self.measure.sums.add(&Sums::of(x, y, difference));
+            }
+            self.measure.skipped += u64::from(self.nan.skips(x, y));
+            if distance.map_or(is_same(x, y), |distance| distance == 0) || self.nan.forgives(x, y) {
+                continue;
+            }
+            let in_ulps =
+                || distance.map_or_else(|| ulps(x, y, self.floats), |distance| u64::try_from(distance).ok());
+            let allowance = &self.allowance;
+            let is_outside = allowance.is_checked && allowance.is_outside(x, difference);
+            let is_beyond = is_outside && !allowance.is_near(in_ulps);
+            self.measure.differing += 1;
+            self.measure.beyond += u64::from(is_beyond);
+            self.measure.widen(if difference.is_nan() { f64::INFINITY } else { difference }, || sample.at(i));
+            if self.measure.first.is_none() || (is_beyond && self.measure.first_beyond.is_none()) {
+                let divergence = match exact {
+                    Some([a, b]) => Divergence { place: sample.at(i), a: text(a, i), b: text(b, i) },
+                    None => self.divergence(sample.at(i), x, y),
+                };
+                self.note(divergence, is_beyond);
+            }
+        }
+    }
+
+    /// Hands numbers on to the tube, if there is one.
+    fn follow(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
         if let Some(tube) = &mut self.tube {
             let late = tube.put(a, b, sample.place.clone());
             self.judge(late);
-        } else if !SAME {
-            self.check(a, b, sample);
-        }
-    }
-
-    /// Sums, largest and first difference of elements.
-    fn elements<const SAME: bool>(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
-        let block = Block::of::<SAME>(a, b);
-        if !block.sums.are_finite() {
-            return self.odd_elements(a, b, sample);
-        }
-        self.measure.sums.add(&block.sums);
-        self.measure.scale.join(&block.scale);
-        self.measure.differing += block.differing;
-        if block.differing == 0 {
-            return;
-        }
-        let find = |is_wanted: &dyn Fn(f64, f64) -> bool| {
-            a.iter().zip(b).position(|(&x, &y)| !is_same(x, y) && is_wanted(x, y)).unwrap_or(0)
-        };
-        self.measure.widen(block.max, || sample.at(find(&|x, y| (x - y).abs() == block.max)));
-        if self.measure.first.is_none() {
-            let first = find(&|_, _| true);
-            self.note(self.divergence(sample.at(first), a[first], b[first]), false);
-        }
-    }
-
-    /// The same where some elements are not finite, one by one.
-    fn odd_elements(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
-        self.measure.scale.add(a);
-        for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
-            if x.is_finite() && y.is_finite() {
-                self.measure.sums.add(&Sums::of(x, y));
-            }
-            self.measure.skipped += u64::from(self.nan.skips(x, y));
-            if is_same(x, y) || self.nan.forgives(x, y) {
-                continue;
-            }
-            self.measure.differing += 1;
-            let difference = (x - y).abs();
-            let difference = if difference.is_nan() { f64::INFINITY } else { difference };
-            self.measure.widen(difference, || sample.at(i));
-            if self.measure.first.is_none() {
-                self.note(self.divergence(sample.at(i), x, y), false);
-            }
-        }
-    }
-
-    /// Numbers beside whole ones that are no double-precision numbers, one by one: the difference of two whole numbers is exact.
-    ///
-    /// * `numbers`: the same as double-precision numbers
-    fn exactly(&mut self, [a, b]: [&List; 2], numbers: (&[f64], &mut [f64]), sample: &Sample<'_>) {
-        for (i, (&x, y)) in numbers.0.iter().zip(&mut *numbers.1).enumerate() {
-            let distance = whole(a, i).zip(whole(b, i)).map(|(x, y)| x.abs_diff(y));
-            let difference = distance.map_or((x - *y).abs(), |distance| distance as f64);
-            self.measure.elements += 1;
-            self.measure.scale.add(&[x]);
-            if x.is_finite() && y.is_finite() {
-                self.measure.sums.add(&Sums::apart(x, *y, difference));
-            }
-            self.measure.skipped += u64::from(self.nan.skips(x, *y));
-            if distance.map_or(is_same(x, *y), |distance| distance == 0) || self.nan.forgives(x, *y) {
-                continue;
-            }
-            self.measure.differing += 1;
-            let finite = if difference.is_nan() { f64::INFINITY } else { difference };
-            self.measure.widen(finite, || sample.at(i));
-            let ulps = distance.map_or_else(|| ulps(x, *y, false), |distance| u64::try_from(distance).ok());
-            let is_beyond = self.tube.is_none() && self.is_beyond(x, difference, ulps);
-            self.measure.beyond += u64::from(is_beyond);
-            self.note(Divergence { place: sample.at(i), a: text(a, i), b: text(b, i) }, is_beyond);
-            // rounded, it is not to be nearer to the reference than it is
-            if difference > (x - *y).abs() {
-                *y = if whole(b, i) > whole(a, i) { y.next_up() } else { y.next_down() };
-            }
-        }
-        if let Some(tube) = &mut self.tube {
-            let late = tube.put(numbers.0, numbers.1, sample.place.clone());
-            self.judge(late);
-        }
-    }
-
-    /// True if a difference of single elements is not allowed.
-    fn is_beyond(&self, reference: f64, difference: f64, ulps: Option<u64>) -> bool {
-        let default = Tolerance::default();
-        let tolerance = self.rule.as_ref().map_or(&default, |rule| &rule.tolerance);
-        let is_near = tolerance.ulp.is_some_and(|most| ulps.is_some_and(|distance| distance <= most));
-        let is_within = difference == 0.0 || within(difference, self.allowed(reference));
-        tolerance.holds_elements() && !is_near && (tolerance.is_bitwise() || !is_within)
-    }
-
-    /// By how much an element may differ from that of the reference.
-    fn allowed(&self, reference: f64) -> f64 {
-        let Some(Rule { tolerance, .. }) = &self.rule else { return 0.0 };
-        (tolerance.rel.unwrap_or(0.0) * reference.abs()).max(self.fixed(tolerance))
-    }
-
-    /// The part of it that does not depend on the element.
-    fn fixed(&self, tolerance: &Tolerance) -> f64 {
-        let scale = self.known.unwrap_or_default();
-        let fixed = tolerance.abs.unwrap_or(0.0);
-        let fixed = fixed.max(tolerance.peak_rel.map_or(0.0, |share| share * scale.peak));
-        fixed.max(tolerance.range_rel.map_or(0.0, |share| scale.share_of_range(share)))
-    }
-
-    /// Checks elements against the tolerance.
-    fn check(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
-        let default = Tolerance::default();
-        let tolerance = self.rule.as_ref().map_or(&default, |rule| &rule.tolerance);
-        if !tolerance.holds_elements() {
-            return;
-        }
-        let fixed = self.fixed(tolerance);
-        let (rel, ulp, nan, floats) = (tolerance.rel.unwrap_or(0.0), tolerance.ulp, self.nan, self.floats);
-        // equal elements, infinities too, are within any tolerance; NaN is beyond all, but for the same bits
-        let is_bitwise = tolerance.is_bitwise();
-        let is_beyond = |x: f64, y: f64| {
-            !is_same(x, y) && (is_bitwise || x != y && !within((x - y).abs(), fixed.max(rel * x.abs())))
-        };
-        let count = a.iter().zip(b).filter(|&(&x, &y)| is_beyond(x, y)).count();
-        if count == 0 {
-            return;
-        }
-        let forgiven = |x: f64, y: f64| {
-            nan.forgives(x, y)
-                || ulp.is_some_and(|ulp| ulps(x, y, floats).is_some_and(|distance| distance <= ulp))
-        };
-        let stands = |x: f64, y: f64| is_beyond(x, y) && !forgiven(x, y);
-        let pairs = || a.iter().zip(b);
-        let beyond = if ulp.is_none() && nan == NanRule::SameBits {
-            count
-        } else {
-            pairs().filter(|&(&x, &y)| stands(x, y)).count()
-        };
-        self.measure.beyond += beyond as u64;
-        if self.measure.first_beyond.is_none()
-            && let Some(i) = pairs().position(|(&x, &y)| stands(x, y))
-        {
-            self.note(self.divergence(sample.at(i), a[i], b[i]), true);
         }
     }
 
@@ -313,5 +282,32 @@ impl Meter {
     }
 }
 
+/// Moves rounded whole numbers so that none is nearer to that of the reference than it is.
+fn keep_apart([a, b]: [&List; 2], numbers_a: &[f64], numbers_b: &mut [f64]) {
+    for (i, (x, y)) in numbers_a.iter().zip(numbers_b).enumerate() {
+        let Some((exact_a, exact_b)) = whole(a, i).zip(whole(b, i)) else { continue };
+        if exact_a.abs_diff(exact_b) as f64 > (x - *y).abs() {
+            *y = if exact_b > exact_a { y.next_up() } else { y.next_down() };
+        }
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::instant::Instant;
+
+    #[test]
+    fn nan_of_single_precision_is_compared_exactly() {
+        // a quiet and a signalling one are the same as doubles
+        let [quiet, signalling] = [0x7fc0_0001, 0x7f80_0001].map(f32::from_bits);
+        for (other, differing) in [(quiet, 0), (signalling, 1)] {
+            let mut meter = Meter::new(None, None, NanRule::SameBits);
+            let (a, b) = (List::Float(vec![quiet]), List::Float(vec![other]));
+            let place =
+                Location { sample: 0, step: None, time: Instant::Number(0.0), element: 0, position: None };
+            meter.take(&a, &b, &Sample { place, position: &|_| None });
+            assert_eq!((meter.measure.differing, meter.measure.beyond), (differing, differing));
+        }
+    }
+}

@@ -2,10 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::measure::Location;
 use crate::instant::Instant;
 
 /// How messages are aligned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// Messages of the same step
     Step,
@@ -26,17 +28,6 @@ impl Mode {
     }
 }
 
-/// How messages were aligned, and why.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Alignment {
-    /// The mode; `None` if there was nothing to align.
-    pub mode: Option<Mode>,
-    /// True if it was chosen by looking at the messages.
-    pub automatic: bool,
-    /// Times of both recordings from which the times of their messages count; `None` if those are on one clock.
-    pub starts: Option<[f64; 2]>,
-}
-
 /// First messages of each recording that the choice of a mode depends on.
 pub(super) const LOOKED_AT: usize = 16;
 
@@ -45,6 +36,13 @@ pub(super) const LOOKED_AT: usize = 16;
 pub(super) struct Moment {
     pub(super) step: Option<u64>,
     pub(super) time: Instant,
+}
+
+impl Moment {
+    /// The place of a sample at this time.
+    pub(super) fn place(self, sample: u64) -> Location {
+        Location { sample, step: self.step, time: self.time, element: 0, position: None }
+    }
 }
 
 /// True if a step is in both.

@@ -25,10 +25,6 @@ const MINIMA: usize = 32;
 type Curve = Vec<(f64, f64)>;
 
 /// The shift of the least squares.
-///
-/// # Errors
-///
-/// A file cannot be read, or no field is there to be fitted.
 pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, Failure> {
     let mut left = FIELDS;
     let mut chosen = Vec::new();

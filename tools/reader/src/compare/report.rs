@@ -4,11 +4,11 @@ use std::{collections::BTreeSet, path::PathBuf};
 
 use super::{
     measure::{Divergence, Location, Measure},
-    mode::{Alignment, Mode},
+    mode::Mode,
     structure::{Change, Finding},
     tolerance::Rule,
 };
-use crate::{messages::Recording, recording::Damage, wire::Leaf};
+use crate::{instant::Instant, messages::Recording, recording::Damage, wire::Leaf};
 
 /// What a comparison found.
 #[derive(Clone, Debug, Default)]
@@ -29,8 +29,8 @@ pub struct Comparison {
     pub partial: Vec<PathBuf>,
     /// True if not everything was compared, because of [`super::Options::fail_fast`].
     pub stopped_early: bool,
-    /// What was to be compared and could not be.
-    pub gaps: Vec<Gap>,
+    /// What was to be compared and could not be: to call it equal would be no answer.
+    pub gaps: Vec<String>,
     /// For every rule, whether it fits a topic or field of the recordings.
     pub fitting: Vec<bool>,
     /// How the new recording was put into the units of the reference, if that was needed.
@@ -40,7 +40,7 @@ pub struct Comparison {
 }
 
 /// How a recording was put into other units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Converted {
     /// From SI into dimensionless numbers, by its own scales.
     FromSi,
@@ -51,27 +51,45 @@ pub enum Converted {
 impl Converted {
     /// The same in words.
     ///
-    /// * `names`: of reference and new recording
-    pub fn text(self, names: (&str, &str)) -> String {
+    /// * `a`, `b`: names of reference and new recording
+    pub(crate) fn text(self, a: &str, b: &str) -> String {
         match self {
-            Self::FromSi => format!("{} is converted from SI by its scales", names.1),
-            Self::ToSi => format!("{} is converted to SI by the scales of {}", names.1, names.0),
+            Self::FromSi => format!("{b} is converted from SI by its scales"),
+            Self::ToSi => format!("{b} is converted to SI by the scales of {a}"),
         }
     }
 }
 
-/// Something that was to be compared and could not be. To call it equal would be no answer.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Gap {
-    /// No value at all was compared.
-    #[error("nothing was compared: {0}")]
-    Nothing(String),
-    /// Both recordings have messages, at times of which none is in both.
-    #[error("{0}; --align relative counts times from the start of each recording")]
-    Apart(String),
-    /// Arrays of a field have no part of their axes in common.
-    #[error("{0}")]
-    Elsewhere(String),
+/// How two recordings or channels compare.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The same bit for bit.
+    #[default]
+    Equal,
+    /// Within tolerance.
+    Within,
+    /// Something that was to be compared could not be, and nothing else is beyond tolerance.
+    NotCompared,
+    /// Beyond tolerance.
+    Different,
+}
+
+impl Verdict {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Equal => "equal",
+            Self::Within => "within tolerance",
+            Self::NotCompared => "NOT COMPARED",
+            Self::Different => "DIFFERENT",
+        }
+    }
+
+    /// True if something is different, or was not compared.
+    pub fn has_failed(self) -> bool {
+        self >= Self::NotCompared
+    }
 }
 
 impl Comparison {
@@ -108,36 +126,36 @@ impl Comparison {
     pub fn unseen_stamps(&self) -> Vec<String> {
         let of_channel = |channel: &ChannelReport| {
             let fields = channel.fields.iter().filter(|field| field.unseen_stamp);
-            fields.map(|field| format!("{}.{}", channel.topic, field.path)).collect::<Vec<_>>()
+            fields.map(|field| format!("{}.{}", channel.topic, field.leaf.path)).collect::<Vec<_>>()
         };
         self.channels.iter().flat_map(of_channel).collect()
     }
 
     /// Values compared, how many of them differ, and how many are beyond tolerance.
-    pub fn counts(&self) -> [u64; 3] {
-        let fields = self.channels.iter().flat_map(|channel| &channel.fields).filter(|field| !field.ignored);
-        fields.fold([0; 3], |[values, differing, beyond], FieldReport { measure, .. }| {
-            [
-                values + measure.elements - measure.skipped,
-                differing + measure.differing,
-                beyond + measure.beyond,
-            ]
-        })
+    pub(crate) fn counts(&self) -> [u64; 3] {
+        let channels = self.channels.iter().map(ChannelReport::counts);
+        channels.fold([0; 3], |sums, counts| [0, 1, 2].map(|i| sums[i] + counts[i]))
     }
 
-    /// True if something is different beyond tolerance.
-    pub fn is_different(&self) -> bool {
-        !self.structure.is_empty() || self.channels.iter().any(ChannelReport::is_different)
+    /// Verdict on all that was to be compared.
+    pub fn verdict(&self) -> Verdict {
+        let structure = if self.structure.is_empty() { Verdict::Equal } else { Verdict::Different };
+        let gaps = if self.gaps.is_empty() { Verdict::Equal } else { Verdict::NotCompared };
+        let channels = self.channels.iter().map(ChannelReport::verdict);
+        channels.fold(structure.max(gaps), Verdict::max)
     }
 
-    /// True if all that was to be compared was, and is within tolerance.
-    pub fn is_within(&self) -> bool {
-        !self.is_different() && self.gaps.is_empty()
-    }
-
-    /// True if all that was to be compared was, and is the same bit for bit.
-    pub fn is_equal(&self) -> bool {
-        self.is_within() && !self.channels.iter().any(ChannelReport::is_notable)
+    /// What is damaged or did not come to its planned end: which of both, in words, and what is compared.
+    pub(crate) fn losses(&self) -> Vec<(&'static str, String, &'static str)> {
+        let damages = self.damages.iter().map(|(path, damage)| {
+            let line = format!("{}: {} (at byte {})", path.display(), damage.reason, damage.offset);
+            ("damaged", line, "the sound part is compared")
+        });
+        let partial = self.partial.iter().map(|path| {
+            let line = format!("{} did not come to its planned end", path.display());
+            ("partial", line, "what there is is compared")
+        });
+        damages.chain(partial).collect()
     }
 
     /// True if a file is damaged or did not come to its planned end.
@@ -153,7 +171,7 @@ impl Comparison {
                 Some((channel.topic.as_str(), field, first.as_ref()?))
             })
         });
-        all.min_by(|x, y| x.2.place.instant().total_cmp(y.2.place.instant()))
+        all.min_by(|x, y| x.2.place.time.total_cmp(y.2.place.time))
     }
 }
 
@@ -183,12 +201,11 @@ pub enum Hint {
 }
 
 /// Headers of messages that were compared and that differ in a number which does not take part.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Stamp {
-    /// Messages.
-    pub count: u64,
+    pub(super) count: u64,
     /// The numbers of the first of them in both recordings.
-    pub first: Option<(u64, u64)>,
+    pub(super) first: Option<(u64, u64)>,
 }
 
 /// A channel that both recordings have.
@@ -196,14 +213,16 @@ pub struct Stamp {
 pub struct ChannelReport {
     /// Topic.
     pub topic: String,
-    /// How messages were aligned.
-    pub alignment: Alignment,
+    /// How messages were aligned; `None` if there was nothing to align.
+    pub mode: Option<Mode>,
+    /// True if that was chosen by looking at the messages.
+    pub automatic: bool,
+    /// Times of both recordings from which the times of their messages count; `None` if those are on one clock.
+    pub starts: Option<[f64; 2]>,
     /// Samples compared.
     pub compared: u64,
-    /// Messages of the reference without counterpart.
-    pub only_a: u64,
-    /// Messages of the new recording without counterpart.
-    pub only_b: u64,
+    /// Messages of both without counterpart.
+    pub only: [u64; 2],
     /// Earliest message without counterpart: its place, and whether it is the reference's.
     pub first_unmatched: Option<(Location, bool)>,
     /// Messages of the new recording between the times of the reference at which it is compared, by the mode that was asked for.
@@ -211,7 +230,7 @@ pub struct ChannelReport {
     /// Messages of both in the window of time that was asked for.
     pub messages: [u64; 2],
     /// First and last time of those.
-    pub spans: [Option<(f64, f64)>; 2],
+    pub(crate) spans: [Option<(Instant, Instant)>; 2],
     /// Messages without counterpart are no difference.
     pub common: bool,
     /// Messages that could not be decoded.
@@ -231,80 +250,80 @@ pub struct ChannelReport {
 impl ChannelReport {
     /// True if messages that were to be compared were not.
     pub(super) fn lacks_messages(&self) -> bool {
-        self.undecoded > 0 || (!self.common && !self.is_apart() && self.only_a + self.only_b > 0)
+        self.undecoded > 0 || (!self.common && !self.is_apart() && self.only != [0; 2])
     }
 
-    /// True if something of the channel is different beyond tolerance.
-    pub fn is_different(&self) -> bool {
-        self.lacks_messages() || self.fields.iter().any(|field| !field.within)
+    /// True if messages of other times were compared.
+    pub(crate) fn is_between(&self) -> bool {
+        self.mode.is_some_and(Mode::is_between)
     }
 
     /// True if both recordings have messages and interpolation finds no time in common: nothing can be said.
     fn is_apart(&self) -> bool {
-        let between = self.alignment.mode.is_some_and(Mode::is_between);
-        between && self.compared == 0 && self.spans.iter().all(Option::is_some)
+        self.is_between() && self.compared == 0 && self.spans.iter().all(Option::is_some)
     }
 
-    /// True if all that was to be compared was, and is within tolerance.
-    pub fn is_within(&self) -> bool {
-        !self.is_different() && self.gaps().next().is_none()
-    }
-
-    /// True if not everything of the channel is in both recordings, the same bit for bit.
-    pub fn is_notable(&self) -> bool {
-        let part = self.only_a + self.only_b + self.between > 0 || self.axes_differ || self.interpolated;
+    /// Verdict on the channel; equal is what both recordings have, all of it and the same bit for bit.
+    pub fn verdict(&self) -> Verdict {
+        let part = self.only != [0; 2] || self.between > 0 || self.axes_differ || self.interpolated;
         let differs = |FieldReport { ignored, measure, .. }: &FieldReport| {
             !ignored && measure.differing + measure.apart + measure.dropped > 0
         };
-        part || !self.is_within() || self.fields.iter().any(differs)
+        match self {
+            _ if self.lacks_messages() || self.fields.iter().any(|field| !field.within) => Verdict::Different,
+            _ if self.gaps().next().is_some() => Verdict::NotCompared,
+            _ if part || self.fields.iter().any(differs) => Verdict::Within,
+            _ => Verdict::Equal,
+        }
+    }
+
+    /// Values compared, how many of them differ, and how many are beyond tolerance.
+    fn counts(&self) -> [u64; 3] {
+        let fields = self.fields.iter().filter(|field| !field.ignored);
+        fields.fold([0; 3], |[values, differing, beyond], FieldReport { measure, .. }| {
+            let compared = measure.elements - measure.skipped;
+            [values + compared, differing + measure.differing, beyond + measure.beyond]
+        })
     }
 
     /// Values compared.
-    pub fn values(&self) -> u64 {
-        let fields = self.fields.iter().filter(|field| !field.ignored);
-        fields.map(|field| field.measure.elements - field.measure.skipped).sum()
+    pub(crate) fn values(&self) -> u64 {
+        self.counts()[0]
     }
 
-    /// What was to be compared and could not be.
-    pub fn gaps(&self) -> impl Iterator<Item = Gap> {
-        let Self { topic, messages: [count_a, count_b], .. } = self;
-        let apart = match self.spans {
-            [Some((from_a, to_a)), Some((from_b, to_b))] if self.is_apart() => Some(Gap::Apart(format!(
+    /// That both recordings have messages, at times of which none is in both, if it is so.
+    pub(crate) fn apart(&self) -> Option<String> {
+        let span = |span: Option<(Instant, Instant)>| span.map(|(from, to)| (from.number(), to.number()));
+        let [(from_a, to_a), (from_b, to_b)] = [span(self.spans[0])?, span(self.spans[1])?];
+        let (topic, [count_a, count_b]) = (&self.topic, self.messages);
+        self.is_apart().then(|| {
+            format!(
                 "`{topic}`: no time in common: {count_a} messages from {from_a} to {to_a}, {count_b} from {from_b} to {to_b} in \
-                 the new recording"
-            ))),
-            _ => None,
-        };
-        let elsewhere = move |field: &FieldReport| {
-            let measure = &field.measure;
-            let samples = measure.apart;
-            let is_gap = !field.ignored && measure.elements == 0 && samples > 0;
-            let path = &field.path;
+                 the new recording; --align relative counts times from the start of each recording"
+            )
+        })
+    }
+
+    /// What was to be compared and could not be: all messages, or all arrays of a field.
+    pub(super) fn gaps(&self) -> impl Iterator<Item = String> {
+        let elsewhere = |FieldReport { leaf, ignored, measure, .. }: &FieldReport| {
+            let is_gap = !ignored && measure.elements == 0 && measure.apart > 0;
             is_gap.then(|| {
-                Gap::Elsewhere(format!(
-                    "`{topic}.{path}`: the axes of its arrays have no part in common, in none of {samples} samples"
-                ))
+                format!(
+                    "`{}.{}`: the axes of its arrays have no part in common, in none of {} samples",
+                    self.topic, leaf.path, measure.apart
+                )
             })
         };
-        apart.into_iter().chain(self.fields.iter().filter_map(elsewhere))
-    }
-}
-
-impl FieldReport {
-    /// True if elements were not compared, as one of the recordings has none where they are.
-    pub(super) fn lacks_elements(&self) -> bool {
-        !self.ignored && self.measure.dropped > 0
+        self.apart().into_iter().chain(self.fields.iter().filter_map(elsewhere))
     }
 }
 
 /// A field that both recordings have.
 #[derive(Clone, Debug)]
 pub struct FieldReport {
-    /// Path.
-    pub path: String,
-    /// The leaf of the reference, which names elements.
-    pub element: Leaf,
-    /// Unit.
+    /// The leaf of the reference.
+    pub leaf: Leaf,
     pub unit: Option<String>,
     /// Rule that applied; `None` is bitwise.
     pub rule: Option<Rule>,

@@ -82,12 +82,8 @@ impl Common {
         unused: impl FnOnce() -> usize,
         axes_differ: bool,
     ) -> Self {
-        let (mut a, mut b, mut chosen) = (Vec::new(), Vec::new(), Vec::new());
-        for (i, x, y) in elements {
-            a.push(x);
-            b.push(y);
-            chosen.push(i);
-        }
+        let (chosen, (a, b)): (Vec<usize>, (Vec<f64>, Vec<f64>)) =
+            elements.map(|(i, x, y)| (i, (x, y))).unzip();
         let dropped = unused() + length - chosen.len();
         Self { a, b, chosen, dropped, axes_differ }
     }

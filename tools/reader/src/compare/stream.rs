@@ -160,9 +160,7 @@ impl Feed {
             }
         }
     }
-}
 
-impl Feed {
     /// True if its last message came late, and the other file has not come as far with those of its aligner.
     fn waits_for(&self, other: &Self) -> bool {
         let (slot, elapsed) = self.last;

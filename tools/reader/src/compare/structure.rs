@@ -2,7 +2,7 @@
 //! and attachments differ.
 
 use std::{
-    collections::{BTreeMap, BTreeSet, HashMap, HashSet, hash_map::DefaultHasher},
+    collections::{BTreeMap, BTreeSet, HashSet, hash_map::DefaultHasher},
     hash::{Hash, Hasher},
 };
 
@@ -28,11 +28,9 @@ use crate::{
 /// A difference of structure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Topic.
     pub topic: String,
     /// Field, if it is about one.
     pub field: Option<String>,
-    /// What is different.
     pub difference: Difference,
 }
 
@@ -50,14 +48,7 @@ pub enum Difference {
     /// The number of the field, or of one of those that it is in.
     Number(u32, u32),
     /// Entry of the channel metadata: unit, axis, symmetry.
-    Metadata {
-        /// Key, for example `unit`.
-        key: String,
-        /// In the reference.
-        a: String,
-        /// In the new recording.
-        b: String,
-    },
+    Metadata { key: String, a: String, b: String },
 }
 
 impl std::fmt::Display for Finding {
@@ -91,21 +82,15 @@ pub(super) struct Pair {
 
 /// For every rule, whether it fits a topic or field of one of the recordings.
 pub(super) fn fitting(a: &Recording, b: &Recording, rules: &Rules) -> Vec<bool> {
-    let mut names = BTreeSet::new();
-    for channel in a.channels.values().chain(b.channels.values()) {
-        let paths: Vec<&str> = match &channel.layout {
-            Some(layout) => layout.leaves.iter().map(|leaf| leaf.path.as_str()).collect(),
-            None => vec![WHOLE],
-        };
-        names.extend(paths.iter().map(|path| format!("{}.{path}", channel.topic)));
-        names.insert(channel.topic.clone());
-    }
-    let is_time = |name: &&String| {
-        name.rsplit('.').next().is_some_and(|field| field == convention::TIME || field == convention::STEP)
-    };
-    let has_times = names.iter().any(|name| is_time(&name));
+    let channels = || a.channels.values().chain(b.channels.values());
     let fits = |rule: &Rule| {
-        names.iter().any(|name| rule.fields.fits(name)) || (has_times && rule.fits_time(convention::TIME))
+        channels().any(|channel| {
+            let leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
+            let paths = leaves.map(|leaf| leaf.path.as_str());
+            let last = |path: &str| path.rsplit('.').next().is_some_and(|field| rule.fits_time(field));
+            let mut all = paths.chain(channel.layout.is_none().then_some(WHOLE));
+            all.any(|path| rule.fits(&channel.topic, path) || last(path))
+        })
     };
     rules.rules.iter().map(fits).collect()
 }
@@ -166,43 +151,27 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
     };
     let scales = Scales::between(b, a);
     let (mut pairs, mut findings) = (Vec::new(), Vec::new());
-    let mut taken = BTreeSet::new();
-    // what is left of the other recording, by topic and message type: a recording may have very many channels
-    let mut left: HashMap<&str, HashMap<&str, BTreeSet<u16>>> = HashMap::new();
-    for (&id, channel) in &b.channels {
-        left.entry(&channel.topic).or_default().entry(&channel.schema).or_default().insert(id);
-    }
-    let mut partner = |channel: &Channel| {
-        let of_topic = left.get_mut(channel.topic.as_str())?;
-        let first = |(schema, ids): (&&str, &BTreeSet<u16>)| Some((*ids.first()?, (*schema).to_owned()));
-        let (id, schema) = match of_topic.get_key_value(channel.schema.as_str()) {
-            Some(same) => first(same)?,
-            None => of_topic.iter().filter_map(first).min()?,
-        };
-        let ids = of_topic.get_mut(schema.as_str())?;
-        ids.remove(&id);
-        if ids.is_empty() {
-            of_topic.remove(schema.as_str());
-        }
-        Some((id, &b.channels[&id]))
-    };
+    let whole =
+        |channel: &Channel, difference| Finding { topic: channel.topic.clone(), field: None, difference };
+    // what is left of the other recording
+    let key = |id: u16| (b.channels[&id].topic.as_str(), b.channels[&id].schema.as_str(), id);
+    let mut left: BTreeSet<(&str, &str, u16)> = b.channels.keys().map(|&id| key(id)).collect();
     for (&id_a, channel_a) in a.channels.iter().filter(|(_, channel)| chosen(channel)) {
-        let Some((id_b, channel_b)) = partner(channel_a) else {
-            findings.push(Finding {
-                topic: channel_a.topic.clone(),
-                field: None,
-                difference: Difference::Missing,
-            });
+        let (topic, schema) = (channel_a.topic.as_str(), channel_a.schema.as_str());
+        let same = left.range((topic, schema, 0)..=(topic, schema, u16::MAX)).next();
+        let of_topic = left.range((topic, "", 0)..).take_while(|(other, ..)| *other == topic);
+        let Some(&partner) = same.or_else(|| of_topic.min_by_key(|(.., id)| *id)) else {
+            findings.push(whole(channel_a, Difference::Missing));
             continue;
         };
-        taken.insert(id_b);
+        left.remove(&partner);
+        let (id_b, channel_b) = (partner.2, &b.channels[&partner.2]);
         let leaves = fields((channel_a, channel_b), options, &scales, &mut findings);
         let converter = Converter::of(channel_a, channel_b, &leaves, &scales);
         pairs.push(Pair { a: id_a, b: id_b, leaves, converter, starts: None });
     }
-    for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
-        findings.push(Finding { topic: channel.topic.clone(), field: None, difference: Difference::Extra });
-    }
+    let extra = b.channels.iter().filter(|(id, channel)| left.contains(&key(**id)) && chosen(channel));
+    findings.extend(extra.map(|(_, channel)| whole(channel, Difference::Extra)));
     (pairs, findings)
 }
 
@@ -333,13 +302,11 @@ fn differences(
 /// A difference of metadata or attachments. It explains why numbers differ, and is no difference of its own.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Change {
-    /// Record or attachment.
+    /// Record or attachment, and the key in it.
     pub place: String,
-    /// Key in it.
     pub key: String,
-    /// In the reference; `None` if it is not there.
+    /// What reference and new recording have there, if they do.
     pub a: Option<String>,
-    /// In the new recording; `None` if it is not there.
     pub b: Option<String>,
 }
 
@@ -367,10 +334,6 @@ pub(super) fn remarks(a: &Recording, b: &Recording, pair: &Pair) -> Vec<Change> 
 }
 
 /// Compares metadata records and attachments; attachments in TOML key by key.
-///
-/// # Errors
-///
-/// A file cannot be read.
 pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Failure> {
     let mut changes = Vec::new();
     let names: BTreeSet<&str> =

@@ -6,9 +6,7 @@
 pub struct Scale {
     /// Largest magnitude.
     pub peak: f64,
-    /// Least value.
     pub least: f64,
-    /// Greatest value.
     pub greatest: f64,
 }
 
@@ -114,34 +112,23 @@ impl Norm {
 pub struct Sums {
     /// Number of elements.
     pub n: f64,
-    /// Σ|a − b|.
+    /// Σ|a − b| and Σ|a|.
     pub d1: f64,
-    /// Σ|a|.
     pub a1: f64,
-    /// Σa.
+    /// Σa, Σb, Σa², Σb² and Σab.
     pub a: f64,
-    /// Σb.
     pub b: f64,
-    /// Σa².
     pub aa: f64,
-    /// Σb².
     pub bb: f64,
-    /// Σab.
     pub ab: f64,
-    /// ‖a − b‖₂.
+    /// ‖a − b‖₂ and ‖a‖₂.
     pub difference: Norm,
-    /// ‖a‖₂.
     pub reference: Norm,
 }
 
 impl Sums {
-    /// The sums over one element.
-    pub(super) fn of(a: f64, b: f64) -> Self {
-        Self::apart(a, b, (a - b).abs())
-    }
-
-    /// The same for an element whose difference `d` is known better than from the numbers.
-    pub(super) fn apart(a: f64, b: f64, d: f64) -> Self {
+    /// The sums over one element whose difference `d` may be known better than from the numbers.
+    pub(super) fn of(a: f64, b: f64, d: f64) -> Self {
         let mut sums =
             Self { n: 1.0, d1: d, a1: a.abs(), a, b, aa: a * a, bb: b * b, ab: a * b, ..Self::default() };
         sums.difference.add([d].into_iter());

@@ -6,38 +6,39 @@ use serde::Deserialize;
 
 use crate::{convention, select::Pattern};
 
-/// What is allowed of a field.
+/// What is allowed of some fields.
 ///
 #[doc = include_str!("tolerance.md")]
-#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
 pub struct Tolerance {
-    /// Absolute.
-    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Absolute tolerance of all other fields")]
+    /// Pattern of `topic.field`, or of a topic, then for all of its fields; `time` is for times and steps of all topics.
+    #[arg(skip)]
+    pub field: String,
+    /// Absolute tolerance of all other fields
+    #[arg(long, value_name = "X", value_parser = finite(0.0..))]
     pub abs: Option<f64>,
-    /// Relative to the reference element.
-    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Tolerance relative to the reference value, of all other fields")]
+    /// Tolerance relative to the reference value, of all other fields
+    #[arg(long, value_name = "X", value_parser = finite(0.0..))]
     pub rel: Option<f64>,
-    /// Relative to the largest magnitude of the reference field over all samples compared.
-    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Tolerance relative to the peak of the field, of all other fields")]
+    /// Tolerance relative to the peak of the field, of all other fields
+    #[arg(long, value_name = "X", value_parser = finite(0.0..))]
     pub peak_rel: Option<f64>,
-    /// Relative to the range of the reference field over all samples compared.
-    #[arg(
-        long,
-        value_name = "X", value_parser = finite(0.0..),
-        help = "Tolerance relative to the range of the field, of all other fields"
-    )]
+    /// Tolerance relative to the range of the field, of all other fields
+    #[arg(long, value_name = "X", value_parser = finite(0.0..))]
     pub range_rel: Option<f64>,
-    /// Units in the last place of the field's type.
-    #[arg(long, value_name = "N", value_parser = whole(0_u64..), help = "Tolerance in units in the last place, of all other fields")]
+    /// Tolerance in units in the last place, of all other fields
+    #[arg(long, value_name = "N", value_parser = whole(0_u64..))]
     pub ulp: Option<u64>,
-    /// Relative to the reference in the L2 norm, for the field as a whole.
-    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Tolerance in the relative L2 norm, of all other fields")]
+    /// Tolerance in the relative L2 norm, of all other fields
+    #[arg(long, value_name = "X", value_parser = finite(0.0..))]
     pub l2_rel: Option<f64>,
     /// Around the reference in time and value.
     #[arg(skip)]
     pub tube: Option<Tube>,
     /// Not compared at all.
     #[arg(skip)]
+    #[serde(default)]
     pub ignore: bool,
 }
 
@@ -55,9 +56,7 @@ pub struct Tube {
 impl Tolerance {
     /// True if single elements are checked.
     pub fn holds_elements(&self) -> bool {
-        let allowances = [self.abs, self.rel, self.peak_rel, self.range_rel];
-        let any = allowances.iter().any(Option::is_some) || self.ulp.is_some() || self.tube.is_some();
-        any || self.l2_rel.is_none()
+        self.l2_rel.is_none() || !Self { l2_rel: None, ..self.clone() }.is_bitwise()
     }
 
     /// True if nothing but the same bits is allowed.
@@ -84,15 +83,12 @@ impl Tolerance {
 
     fn check(&self) -> Result<(), String> {
         let tube = self.tube.map(|tube| [("tube.time", tube.time), ("tube.value", tube.value)]);
-        match self
-            .numbers()
-            .chain(tube.into_iter().flatten())
-            .find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
-        {
+        let mut numbers = self.numbers().chain(tube.into_iter().flatten());
+        match numbers.find(|(_, value)| !(*value >= 0.0 && value.is_finite())) {
+            None => Ok(()),
             Some((name, value)) => {
                 Err(format!("`{name}` = {value} is not possible: a number >= 0 is needed"))
             }
-            None => Ok(()),
         }
     }
 }
@@ -114,7 +110,7 @@ impl std::fmt::Display for Tolerance {
 /// A tolerance and the fields it is for.
 #[derive(Clone, Debug)]
 pub struct Rule {
-    /// Pattern of `topic.field`, or of a topic, then for all of its fields; `time` is for times and steps of all topics.
+    /// The pattern of the tolerance.
     pub fields: Pattern,
     /// What is allowed.
     pub tolerance: Tolerance,
@@ -128,9 +124,15 @@ impl Rule {
     /// # Errors
     ///
     /// The pattern or a number is not possible.
-    pub fn new(fields: &str, tolerance: Tolerance, origin: String) -> Result<Self, String> {
+    pub fn new(tolerance: Tolerance, origin: String) -> Result<Self, String> {
         tolerance.check()?;
-        Ok(Self { fields: fields.parse()?, tolerance, origin })
+        Ok(Self { fields: tolerance.field.parse()?, tolerance, origin })
+    }
+
+    /// True if it is for a field of a topic.
+    pub(super) fn fits(&self, topic: &str, field: &str) -> bool {
+        let fits = |name: &str| self.fields.fits(name);
+        self.fits_time(field) || fits(&format!("{topic}.{field}")) || fits(topic)
     }
 
     /// True if it is the rule `time`, and a field says which message it is.
@@ -148,7 +150,7 @@ impl std::str::FromStr for Rule {
             Some(at) if !text[..at].contains('=') => (&text[..at], &text[at + 1..]),
             _ => ("*", text),
         };
-        let mut tolerance = Tolerance::default();
+        let mut tolerance = Tolerance { field: pattern.into(), ..Tolerance::default() };
         for setting in settings.split(',').map(str::trim).filter(|setting| *setting != "bitwise") {
             let (name, value) = setting.split_once('=').unwrap_or((setting, ""));
             let number = |text: &str| {
@@ -174,7 +176,7 @@ impl std::str::FromStr for Rule {
                 }
             }
         }
-        Self::new(pattern, tolerance, format!("--tol {text}"))
+        Self::new(tolerance, format!("--tol {text}"))
     }
 }
 
@@ -190,22 +192,7 @@ pub struct Rules {
 #[serde(deny_unknown_fields)]
 struct Document {
     #[serde(default)]
-    tolerance: Vec<Entry>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Entry {
-    field: String,
-    abs: Option<f64>,
-    rel: Option<f64>,
-    peak_rel: Option<f64>,
-    range_rel: Option<f64>,
-    ulp: Option<u64>,
-    l2_rel: Option<f64>,
-    tube: Option<Tube>,
-    #[serde(default)]
-    ignore: bool,
+    tolerance: Vec<Tolerance>,
 }
 
 impl Rules {
@@ -220,11 +207,9 @@ impl Rules {
             let error = error.to_string().replace("expected f64", "expected a number");
             format!("`{name}`: {}", error.replace("expected u64", "expected a whole number from 0 on"))
         })?;
-        for (i, entry) in document.tolerance.into_iter().enumerate() {
+        for (i, tolerance) in document.tolerance.into_iter().enumerate() {
             let origin = format!("{name}, tolerance {}", i + 1);
-            let Entry { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore, .. } = entry;
-            let tolerance = Tolerance { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore };
-            let rule = Rule::new(&entry.field, tolerance, origin.clone());
+            let rule = Rule::new(tolerance, origin.clone());
             self.rules.push(rule.map_err(|error| format!("{origin}: {error}"))?);
         }
         Ok(())
@@ -232,10 +217,7 @@ impl Rules {
 
     /// The rule for a field; `None` is bitwise.
     pub fn of(&self, topic: &str, field: &str) -> Option<&Rule> {
-        let name = format!("{topic}.{field}");
-        self.rules
-            .iter()
-            .find(|rule| rule.fits_time(field) || rule.fields.fits(&name) || rule.fields.fits(topic))
+        self.rules.iter().find(|rule| rule.fits(topic, field))
     }
 
     /// True if a rule is for this field, and not for all fields of topics.
@@ -251,50 +233,5 @@ impl Rules {
             None => self.rules.iter().find(|rule| rule.fields.fits(topic)),
         };
         rule.is_some_and(|rule| rule.tolerance.ignore)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rules_are_read_and_the_first_counts() {
-        let mut rules = Rules { rules: vec!["/drag.*:abs=1e-9,rel=1e-6".parse().expect("a rule")] };
-        let file = "[[tolerance]]\nfield = \"/drag\"\nulp = 4\n[[tolerance]]\nfield = \"*\"\ntube = { time = 0.1, value = 2 }\n";
-        rules.add_file("t.toml", file).expect("a file");
-        let of = |topic, field| rules.of(topic, field).map(|rule| rule.tolerance.to_string());
-        assert_eq!(of("/drag", "force").as_deref(), Some("abs=1e-9,rel=1e-6"));
-        assert_eq!(of("/velocity", "velocity").as_deref(), Some("tube=1e-1:2e0"));
-        assert_eq!(rules.of("/velocity", "x").expect("a rule").origin, "t.toml, tolerance 2");
-    }
-
-    #[test]
-    fn refusals_are_explained() {
-        for (text, expected) in [
-            ("abs=x", "not a number"),
-            ("abs=-1", ">= 0"),
-            ("abs=nan", ">= 0"),
-            ("/drag:size=1", "no tolerance"),
-            ("tube=1", "tube=TIME:VALUE"),
-            ("ulp=0.5", "not a count"),
-        ] {
-            let error = text.parse::<Rule>().expect_err("a refusal");
-            assert!(error.contains(expected), "{error}");
-        }
-        let mut rules = Rules::default();
-        for (entry, expected) in [
-            ("absolute = 1", "unknown field `absolute`"),
-            ("abs = 'x'", "string \"x\", expected a number"),
-            ("ulp = 0.5", "`0.5`, expected a whole number from 0 on"),
-            ("ulp = -1", "`-1`, expected a whole number from 0 on"),
-            ("tube = 3", "expected a table, { time = 0.1, value = 1e-3 }"),
-            ("tube = { time = 'x', value = 1 }", "string \"x\", expected a number"),
-        ] {
-            let error = rules
-                .add_file("t", &format!("[[tolerance]]\nfield = '*'\n{entry}\n"))
-                .expect_err("a refusal");
-            assert!(error.contains(expected), "{error}");
-        }
     }
 }

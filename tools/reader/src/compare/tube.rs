@@ -23,11 +23,11 @@ impl TubeState {
     }
 
     pub(super) fn put(&mut self, a: &[f64], b: &[f64], place: Location) -> Vec<Divergence> {
-        let time = place.time;
+        let time = place.time.number();
         self.reference.push_back((time, a.to_vec()));
         self.waiting.push_back((place, b.to_vec()));
         let mut late = Vec::new();
-        while self.waiting.front().is_some_and(|(place, _)| place.time + self.tube.time < time) {
+        while self.waiting.front().is_some_and(|(place, _)| place.time.number() + self.tube.time < time) {
             self.judge(&mut late);
         }
         late
@@ -44,7 +44,8 @@ impl TubeState {
     /// Judges the sample that has waited longest.
     fn judge(&mut self, late: &mut Vec<Divergence>) {
         let Some((place, b)) = self.waiting.pop_front() else { return };
-        let (from, to) = (place.time - self.tube.time, place.time + self.tube.time);
+        let at = place.time.number();
+        let (from, to) = (at - self.tube.time, at + self.tube.time);
         // one sample before the window is needed for the value at its edge
         while self.reference.get(1).is_some_and(|next| next.0 <= from) {
             self.reference.pop_front();
@@ -56,7 +57,7 @@ impl TubeState {
             let mut centre = f64::NAN;
             for (time, a) in &self.reference {
                 let Some(&x) = a.get(i) else { continue };
-                if *time == place.time {
+                if *time == at {
                     centre = x;
                 }
                 // no tube leads through a number that is not finite

@@ -17,24 +17,26 @@ pub(super) fn ulps(x: f64, y: f64, floats: bool) -> Option<u64> {
     if !x.is_finite() || !y.is_finite() {
         return (x == y).then_some(0);
     }
-    // the bits of a float as an integer that grows with it
-    let order64 = |bits: i64| if bits < 0 { i64::MIN.wrapping_sub(bits) } else { bits };
-    let order32 = |bits: i32| if bits < 0 { i32::MIN.wrapping_sub(bits) } else { bits };
-    Some(if floats {
-        let of = |value: f64| i64::from(order32((value as f32).to_bits() as i32));
-        of(x).abs_diff(of(y))
-    } else {
-        let of = |value: f64| order64(value.to_bits() as i64);
-        of(x).abs_diff(of(y))
-    })
+    // an integer that grows with the number
+    let order = |number: f64| {
+        let bits =
+            if floats { (number as f32).abs().to_bits().into() } else { number.abs().to_bits() as i64 };
+        if number.is_sign_negative() { -bits } else { bits }
+    };
+    Some(order(x).abs_diff(order(y)))
 }
 
-/// Elements that differ though they are the same as doubles: floats that are NaN, whose signalling bit is lost.
-pub(super) fn hidden_differences(a: &List, b: &List) -> Vec<usize> {
-    let (List::Float(a), List::Float(b)) = (a, b) else { return Vec::new() };
-    let is_hidden = |(x, y): (&f32, &f32)| x.is_nan() && y.is_nan() && x.to_bits() != y.to_bits();
-    let pairs = a.iter().zip(b).enumerate();
-    pairs.filter(|(_, pair)| is_hidden(*pair)).map(|(i, _)| i).collect()
+/// Makes doubles differ of floats that do though they are the same as doubles: NaN, whose signalling bit is lost.
+///
+/// * `numbers`: those of `b`
+pub(super) fn show_hidden(a: &List, b: &List, numbers: &mut [f64]) {
+    let (List::Float(a), List::Float(b)) = (a, b) else { return };
+    for ((x, y), number) in a.iter().zip(b).zip(numbers) {
+        let is_hidden = x.is_nan() && y.is_nan() && x.to_bits() != y.to_bits();
+        if is_hidden && is_same(f64::from(*x), *number) {
+            *number = f64::from_bits(number.to_bits() ^ 1);
+        }
+    }
 }
 
 /// True for whole numbers of which one may be no double-precision number.

@@ -171,8 +171,13 @@ fn set(message: &mut DynamicMessage, k: usize, field: &str, sum: &str) {
     let t = message.get_field_by_name("time").map_or(0.0, |time| number_of(&time));
     let old = message.get_field(&descriptor).into_owned();
     let value = |j: usize, x: f64| {
-        if let Some(text) = sum.strip_prefix('"') {
-            return Value::String(text.trim_end_matches('"').into());
+        match descriptor.kind() {
+            Kind::String => return Value::String(sum.trim_matches('"').into()),
+            Kind::Message(kind) => {
+                let content = serde_json::from_str(sum).expect("JSON");
+                return Value::Message(forge::message(kind.parent_pool(), kind.name(), &content));
+            }
+            _ => {}
         }
         let names = |name: &str| match name {
             "x" => Some(x),
@@ -201,7 +206,7 @@ fn set(message: &mut DynamicMessage, k: usize, field: &str, sum: &str) {
 }
 
 /// Changes a recording as a line says.
-fn change(recording: &mut Forged, options: &mut WriteOptions, line: &str) {
+pub fn change(recording: &mut Forged, line: &str) {
     if line.starts_with('/') {
         return add(recording, line);
     }
@@ -267,20 +272,20 @@ fn change(recording: &mut Forged, options: &mut WriteOptions, line: &str) {
             let mut values = recording.file.enum_type.iter_mut().flat_map(|kind| &mut kind.value);
             values.find(|value| value.name() == word(2)).expect("the value").name = Some(word(3).into());
         }
-        "write" => {
-            for option in &words[1..] {
-                let old = std::mem::take(options);
-                *options = match option.as_str() {
-                    "zstd" => old.compression(Some(Compression::Zstd)),
-                    "unchunked" => old.use_chunks(false),
-                    "unchecked" => old.calculate_chunk_crcs(false).calculate_data_section_crc(false),
-                    "checked" => old.calculate_chunk_crcs(true),
-                    "checked-whole" => old.calculate_data_section_crc(true),
-                    size => old.chunk_size(Some(number(size))),
-                };
-            }
-        }
         _ => panic!("no such change: {line}"),
+    }
+}
+
+/// How a recording is written, with one more option.
+fn option(options: &WriteOptions, word: &str) -> WriteOptions {
+    let old = options.clone();
+    match word {
+        "zstd" => old.compression(Some(Compression::Zstd)),
+        "unchunked" => old.use_chunks(false),
+        "unchecked" => old.calculate_chunk_crcs(false).calculate_data_section_crc(false),
+        "checked" => old.calculate_chunk_crcs(true),
+        "checked-whole" => old.calculate_data_section_crc(true),
+        size => old.chunk_size(Some(number(size))),
     }
 }
 
@@ -422,7 +427,10 @@ impl<'a> Maker<'a> {
                     _ => panic!("no way to make a file: {line}"),
                 };
                 for line in body.iter().filter(|line| !line.starts_with("type ")) {
-                    change(&mut recording, &mut options, line);
+                    match line.strip_prefix("write ") {
+                        Some(words) => words.split(' ').for_each(|word| options = option(&options, word)),
+                        None => change(&mut recording, line),
+                    }
                 }
                 let bytes = recording.write(options.clone());
                 self.forged.insert(name.into(), (recording, options));

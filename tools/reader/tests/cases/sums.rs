@@ -8,34 +8,30 @@ struct Sum<'a> {
 
 impl Sum<'_> {
     /// Takes one of these signs, if it is the next.
-    fn sign(&mut self, signs: &[&str]) -> Option<String> {
+    fn sign(&mut self, signs: &[&'static str]) -> Option<&'static str> {
         self.rest = self.rest.trim_start();
         let sign = signs.iter().find(|sign| self.rest.starts_with(**sign))?;
         self.rest = &self.rest[sign.len()..];
-        Some((*sign).to_owned())
+        Some(sign)
     }
 
-    fn equality(&mut self) -> f64 {
-        let mut value = self.sum();
-        while self.sign(&["=="]).is_some() {
-            value = f64::from(value == self.sum());
-        }
-        value
+    fn value(&mut self) -> f64 {
+        self.level(&[&["=="], &["+", "-"], &["*", "/"]])
     }
 
-    fn sum(&mut self) -> f64 {
-        let mut value = self.product();
-        while let Some(sign) = self.sign(&["+", "-"]) {
-            value += if sign == "+" { self.product() } else { -self.product() };
-        }
-        value
-    }
-
-    fn product(&mut self) -> f64 {
-        let mut value = self.factor();
-        while let Some(sign) = self.sign(&["*", "/"]) {
-            let factor = self.factor();
-            value = if sign == "*" { value * factor } else { value / factor };
+    /// A value of these signs, those that bind least first.
+    fn level(&mut self, signs: &[&[&'static str]]) -> f64 {
+        let Some((first, others)) = signs.split_first() else { return self.factor() };
+        let mut value = self.level(others);
+        while let Some(sign) = self.sign(first) {
+            let other = self.level(others);
+            value = match sign {
+                "==" => f64::from(value == other),
+                "+" => value + other,
+                "-" => value - other,
+                "*" => value * other,
+                _ => value / other,
+            };
         }
         value
     }
@@ -45,7 +41,7 @@ impl Sum<'_> {
             return -self.factor();
         }
         if self.sign(&["("]).is_some() {
-            let value = self.equality();
+            let value = self.value();
             self.sign(&[")"]).expect("a bracket");
             return value;
         }
@@ -68,14 +64,16 @@ impl Sum<'_> {
             };
             return known.unwrap_or_else(|| panic!("no number is named `{word}`"));
         }
-        let mut arguments = vec![self.equality()];
+        let mut arguments = vec![self.value()];
         while self.sign(&[","]).is_some() {
-            arguments.push(self.equality());
+            arguments.push(self.value());
         }
         self.sign(&[")"]).expect("a bracket");
         match (word, &arguments[..]) {
             ("wave", [x]) => crate::forge::wave(*x),
             ("floor", [x]) => x.floor(),
+            ("next", [x]) => x.next_up(),
+            ("next_float", [x]) => (*x as f32).next_up().into(),
             ("mod", [x, y]) => x.rem_euclid(*y),
             // no number, of other bits than the usual one
             ("odd_nan", [x]) => f64::from_bits(f64::NAN.to_bits() | *x as u64),
@@ -92,7 +90,7 @@ impl Sum<'_> {
 /// The value of a sum.
 pub fn value(text: &str, names: &dyn Fn(&str) -> Option<f64>) -> f64 {
     let mut sum = Sum { rest: text, names };
-    let value = sum.equality();
+    let value = sum.value();
     assert!(sum.rest.trim().is_empty(), "`{}` is left of `{text}`", sum.rest);
     value
 }

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use percuss_output::Output;
+use percuss_output::{Output, OutputError};
 
 use super::write::DiffWriter;
 use crate::{
@@ -19,56 +19,14 @@ use crate::{
     select::Pattern,
 };
 
-/// A reference and what is compared with it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Job {
-    /// Reference; `None` if there is none of that name.
-    pub a: Option<PathBuf>,
-    /// New recording; `None` if there is none of that name.
-    pub b: Option<PathBuf>,
-}
-
-/// How two recordings compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The same bit for bit.
-    Equal,
-    /// Within tolerance.
-    Within,
-    /// Something that was to be compared could not be, and nothing else is beyond tolerance.
-    NotCompared,
-    /// Beyond tolerance.
-    Different,
-}
-
-impl Verdict {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Equal => "equal",
-            Self::Within => "within tolerance",
-            Self::NotCompared => "NOT COMPARED",
-            Self::Different => "DIFFERENT",
-        }
-    }
-}
-
-/// Verdict on a comparison.
-pub fn verdict(comparison: &Comparison) -> Verdict {
-    match comparison {
-        _ if comparison.is_different() => Verdict::Different,
-        _ if !comparison.gaps.is_empty() => Verdict::NotCompared,
-        _ if comparison.is_equal() => Verdict::Equal,
-        _ => Verdict::Within,
-    }
+/// A reference and what is compared with it; of folders one of both may be missing.
+pub(super) struct Job {
+    pub(super) a: Option<PathBuf>,
+    pub(super) b: Option<PathBuf>,
 }
 
 /// What is to be compared: every file with the first; folders file by file, by their names.
-///
-/// # Errors
-///
-/// A folder cannot be read, or files and folders are mixed.
-pub fn jobs(paths: &[PathBuf]) -> io::Result<Vec<Job>> {
+pub(super) fn jobs(paths: &[PathBuf]) -> io::Result<Vec<Job>> {
     let Some((first, others)) = paths.split_first() else { return Ok(Vec::new()) };
     let mut jobs = Vec::new();
     for other in others {
@@ -77,10 +35,9 @@ pub fn jobs(paths: &[PathBuf]) -> io::Result<Vec<Job>> {
             (true, true) => {
                 let (names_a, names_b) = (recordings(first)?, recordings(other)?);
                 for name in names_a.union(&names_b) {
-                    let in_folder = |names: &BTreeSet<PathBuf>, folder: &Path| {
-                        names.contains(name).then(|| folder.join(name))
-                    };
-                    jobs.push(Job { a: in_folder(&names_a, first), b: in_folder(&names_b, other) });
+                    let [a, b] = [(first, &names_a), (other, &names_b)]
+                        .map(|(folder, names)| names.contains(name).then(|| folder.join(name)));
+                    jobs.push(Job { a, b });
                 }
             }
             _ => {
@@ -169,25 +126,18 @@ pub fn diff(
 }
 
 /// True if a recording is undamaged, and came to its planned end if it says so.
-///
-/// # Errors
-///
-/// The file cannot be read.
-pub fn is_whole(path: &Path, limits: Limits) -> Result<bool, Failure> {
+pub(super) fn is_whole(path: &Path, limits: Limits) -> Result<bool, Failure> {
     let recording = Recording::read(path, limits)?;
     Ok(!recording.is_partial() && recording.damages.is_empty())
 }
 
 /// Puts a new recording in the place of the reference, whole or not at all.
-///
-/// # Errors
-///
-/// The file cannot be copied.
-pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
-    if let Some(folder) = reference.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    let mut output = Output::create(reference, true)?;
-    io::copy(&mut fs::File::open(new)?, &mut output)?;
-    output.commit()
+pub(super) fn bless(reference: &Path, new: &Path) -> Result<(), OutputError> {
+    let copy = || {
+        reference.parent().map_or(Ok(()), fs::create_dir_all)?;
+        let mut output = Output::create(reference, true)?;
+        io::copy(&mut fs::File::open(new)?, &mut output)?;
+        output.commit()
+    };
+    copy().map_err(|error| OutputError::new(reference, error))
 }

@@ -19,11 +19,7 @@ const MAX_FIELDS: usize = 4;
 
 /// Draws the fields that differ most relative to their peaks, arrays at the element where they do; `None` if nothing
 /// differs.
-///
-/// # Errors
-///
-/// A file cannot be read, or the picture cannot be drawn.
-pub fn picture(
+pub(super) fn picture(
     a: &Path,
     b: &Path,
     comparison: &Comparison,
@@ -57,9 +53,9 @@ fn field_panels(
     (limits, sources): (Limits, &Sources),
 ) -> Result<Vec<Panel>, Failure> {
     let topic = &channel.topic;
-    let [start_a, start_b] = channel.alignment.starts.unwrap_or_default();
+    let [start_a, start_b] = channel.starts.unwrap_or_default();
     let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
-    let element = field.element.element(place.element);
+    let element = field.leaf.element(place.element);
     let curve = |path: &Path, start: f64| curve(path, topic, &element, start, (limits, sources));
     let (Some((mut panel, curve_a)), Some((_, curve_b))) = (curve(a, start_a)?, curve(b, start_b)?) else {
         return Ok(Vec::new());

@@ -1,6 +1,6 @@
 //! A comparison as it may be shown: names and values of the files without commands for the terminal.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::{
     compare::{Comparison, Difference, Divergence, Location},
@@ -8,8 +8,22 @@ use crate::{
 };
 
 /// A comparison with every text that is from a file on one line, and what commands a terminal escaped.
-pub(super) fn shown(comparison: &Comparison) -> Comparison {
-    let mut comparison = comparison.clone();
+pub(super) struct Shown {
+    /// Name of the reference.
+    pub(super) a: String,
+    /// Name of the new recording.
+    pub(super) b: String,
+    pub(super) comparison: Comparison,
+}
+
+impl Shown {
+    pub(super) fn of(a: &Path, b: &Path, comparison: &Comparison) -> Self {
+        let [a, b] = [a, b].map(|path| printable(&path.to_string_lossy()).into_owned());
+        Self { a, b, comparison: escaped(comparison.clone()) }
+    }
+}
+
+fn escaped(mut comparison: Comparison) -> Comparison {
     for (path, damage) in &mut comparison.damages {
         escape_path(path);
         escape(&mut damage.reason);
@@ -37,8 +51,7 @@ pub(super) fn shown(comparison: &Comparison) -> Comparison {
             escape_place(place);
         }
         for field in &mut channel.fields {
-            escape(&mut field.path);
-            escape(&mut field.element.path);
+            escape(&mut field.leaf.path);
             field.unit.as_mut().map(escape);
             if let Some((_, place)) = &mut field.measure.max {
                 escape_place(place);

@@ -1,17 +1,20 @@
 //! A comparison for people.
 
-use super::{Verdict, shown::shown, verdict};
-use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Location, Mode, shorten};
+use std::collections::HashSet;
+
+use super::shown::Shown;
+use crate::compare::{
+    Change, ChannelReport, Comparison, Divergence, FieldReport, Location, Mode, Verdict, shorten,
+};
 use crate::instant::exact_seconds;
-use crate::text::printable;
 
 /// How a text is laid out.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Style {
+pub(super) struct Style {
     /// Colours of a terminal.
-    pub colour: bool,
+    pub(super) colour: bool,
     /// Also fields that are equal, with the rule that applied.
-    pub explain: bool,
+    pub(super) explain: bool,
 }
 
 impl Style {
@@ -20,11 +23,7 @@ impl Style {
     }
 
     fn verdict(self, verdict: Verdict) -> String {
-        let code = match verdict {
-            Verdict::Equal | Verdict::Within => "32",
-            Verdict::NotCompared | Verdict::Different => "1;31",
-        };
-        self.paint(code, verdict.name())
+        self.paint(if verdict.has_failed() { "1;31" } else { "32" }, verdict.name())
     }
 }
 
@@ -35,23 +34,14 @@ const MAX_LISTED: usize = 40;
 const STOPPED: &str = "\nstopped at the first difference beyond tolerance (--fail-fast)\n";
 
 /// All that is different, with the verdict first.
-pub fn to_text((a, b): (&str, &str), comparison: &Comparison, style: Style) -> String {
-    let (a, b) = (printable(a), printable(b));
-    let (names, comparison) = ((&*a, &*b), &shown(comparison));
-    let mut text = format!("{} -> {}: {}\n", names.0, names.1, style.verdict(verdict(comparison)));
+pub(super) fn to_text(shown: &Shown, style: Style) -> String {
+    let Shown { a, b, comparison } = shown;
+    let mut text = format!("{a} -> {b}: {}\n", style.verdict(comparison.verdict()));
     text.push_str(&counts(comparison));
-    for (path, damage) in &comparison.damages {
-        let line = format!("{}: {} (at byte {})", path.display(), damage.reason, damage.offset);
-        text.push_str(&format!("  {} {line}; the sound part is compared\n", style.paint("33", "damaged")));
+    for (what, line, rest) in comparison.losses() {
+        text.push_str(&format!("  {} {line}; {rest}\n", style.paint("33", what)));
     }
-    for path in &comparison.partial {
-        let line = format!("{} did not come to its planned end", path.display());
-        text.push_str(&format!("  {} {line}; what there is is compared\n", style.paint("33", "partial")));
-    }
-    if let Some(converted) = comparison.converted {
-        text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
-    }
-    text.push_str(&starts(comparison));
+    text.push_str(&conversions(shown, style));
     if let Some(offset) = comparison.offset {
         text.push_str(&format!("  {offset} is added to the times of the new recording\n"));
     }
@@ -71,14 +61,14 @@ pub fn to_text((a, b): (&str, &str), comparison: &Comparison, style: Style) -> S
     }
     for (beyond, what) in [(false, "first difference"), (true, "first beyond tolerance")] {
         if let Some((topic, field, divergence)) = comparison.first(beyond) {
-            let (name, place) = (field.element.element(divergence.place.element), &divergence.place);
+            let (name, place) = (field.leaf.element(divergence.place.element), &divergence.place);
             let position = place.position.as_ref().map_or(String::new(), |position| format!(" ({position})"));
             text.push_str(&format!("\n{what}: {topic}.{name}{position} {}", when(place)));
             text.push_str(&format!("\n  {} -> {}\n", divergence.a, divergence.b));
         }
     }
     let (shown, silent): (Vec<&ChannelReport>, Vec<_>) =
-        comparison.channels.iter().partition(|channel| style.explain || channel.is_notable());
+        comparison.channels.iter().partition(|channel| style.explain || channel.verdict() != Verdict::Equal);
     for channel in shown {
         text.push('\n');
         text.push_str(&channel_text(channel, style));
@@ -131,51 +121,39 @@ fn silent_text(silent: &[&ChannelReport]) -> String {
     .concat()
 }
 
-/// Where times count from, where that is the start of each recording.
-fn starts(comparison: &Comparison) -> String {
-    let mut all: Vec<[f64; 2]> = Vec::new();
-    for starts in comparison.channels.iter().filter_map(|channel| channel.alignment.starts) {
-        if !all.contains(&starts) {
-            all.push(starts);
-        }
+/// How the new recording was put into other units, and where times count from, where that is the start of each recording.
+fn conversions(Shown { a, b, comparison }: &Shown, style: Style) -> String {
+    let units = comparison.converted.map(|converted| converted.text(a, b));
+    let mut lines: Vec<String> =
+        units.map(|line| format!("  {} {line}\n", style.paint("33", "units"))).into_iter().collect();
+    for [a, b] in comparison.channels.iter().filter_map(|channel| channel.starts) {
+        lines.push(format!("  times count from the start of each recording: {a} and {b}\n"));
     }
-    let line = |[a, b]: [f64; 2]| format!("  times count from the start of each recording: {a} and {b}\n");
-    all.into_iter().map(line).collect()
-}
-
-/// Verdict on a channel.
-pub(super) fn channel_verdict(channel: &ChannelReport) -> Verdict {
-    match channel {
-        _ if channel.is_different() => Verdict::Different,
-        _ if !channel.is_within() => Verdict::NotCompared,
-        _ if channel.is_notable() => Verdict::Within,
-        _ => Verdict::Equal,
-    }
+    let mut known = HashSet::new();
+    lines.retain(|line| known.insert(line.clone()));
+    lines.concat()
 }
 
 /// One line per channel.
-pub fn summary((a, b): (&str, &str), comparison: &Comparison, style: Style) -> String {
-    let (a, b) = (printable(a), printable(b));
-    let (names, comparison) = ((&*a, &*b), &shown(comparison));
-    let mut text = format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1);
+pub(super) fn summary(shown: &Shown, style: Style) -> String {
+    let Shown { a, b, comparison } = shown;
+    let mut text = format!("{}  {a} -> {b}\n", style.verdict(comparison.verdict()));
     text.push_str(&counts(comparison));
     for finding in &comparison.structure {
         text.push_str(&format!("{}  {finding}\n", style.verdict(Verdict::Different)));
     }
     for channel in &comparison.channels {
-        let verdict = match channel_verdict(channel) {
-            Verdict::Equal | Verdict::Within if channel.messages == [0; 2] => "no message".into(),
-            Verdict::Equal | Verdict::Within if channel.values() == 0 => "no value".into(),
+        let verdict = match channel.verdict() {
+            verdict if verdict.has_failed() => style.verdict(verdict),
+            _ if channel.messages == [0; 2] => "no message".into(),
+            _ if channel.values() == 0 => "no value".into(),
             verdict => style.verdict(verdict),
         };
         let largest = largest(channel);
         let detail = if largest.is_empty() { String::new() } else { format!("  {largest}") };
         text.push_str(&format!("{verdict}  {}  {}{detail}\n", channel.topic, alignment(channel)));
     }
-    if let Some(converted) = comparison.converted {
-        text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
-    }
-    text.push_str(&starts(comparison));
+    text.push_str(&conversions(shown, style));
     if comparison.stopped_early {
         text.push_str(STOPPED);
     }
@@ -187,9 +165,9 @@ pub(super) fn largest(channel: &ChannelReport) -> String {
     let worst = channel.fields.iter().filter(|field| field.measure.differing > 0 && !field.ignored);
     let worst = worst.max_by(|a, b| rank(a).total_cmp(&rank(b)));
     worst.map_or(String::new(), |field| match &field.measure.max {
-        Some((max, _)) => format!("largest {max:.3e} in {}", field.path),
+        Some((max, _)) => format!("largest {max:.3e} in {}", field.leaf.path),
         // texts differ by no number
-        None => format!("{} values differ in {}", field.measure.differing, field.path),
+        None => format!("{} values differ in {}", field.measure.differing, field.leaf.path),
     })
 }
 
@@ -208,8 +186,7 @@ fn list(text: &mut String, lines: impl ExactSizeIterator<Item = String>) {
 pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
     let mut remarks: Vec<String> = alone(channel).filter(|_| !channel.common).collect();
-    let apart = channel.gaps().filter(|gap| matches!(gap, Gap::Apart(_)));
-    remarks.extend(apart.map(|gap| gap.to_string()));
+    remarks.extend(channel.apart());
     remarks.extend(channel.hint.map(|hint| hint.to_string()));
     if channel.undecoded > 0 {
         remarks.push(format!("{} messages do not fit their schema", channel.undecoded));
@@ -236,12 +213,12 @@ pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
 
 /// Messages without a counterpart, of either recording.
 fn alone(channel: &ChannelReport) -> impl Iterator<Item = String> {
-    let is_between = channel.alignment.mode.is_some_and(Mode::is_between);
-    let sides = [(channel.only_a, "the reference", true), (channel.only_b, "the new recording", false)];
+    let [only_a, only_b] = channel.only;
+    let sides = [(only_a, "the reference", true), (only_b, "the new recording", false)];
     sides.into_iter().filter(|(count, ..)| *count > 0).map(move |(count, of, of_a)| {
         let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == of_a);
         let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
-        match is_between {
+        match channel.is_between() {
             true => format!("{count} messages of {of} are not compared{first}"),
             false => format!("{count} messages only in {of}{first}"),
         }
@@ -249,7 +226,7 @@ fn alone(channel: &ChannelReport) -> impl Iterator<Item = String> {
 }
 
 fn alignment(channel: &ChannelReport) -> String {
-    let how = match channel.alignment.mode {
+    let how = match channel.mode {
         None => return "no message in either".into(),
         Some(Mode::Step) => "by step",
         Some(Mode::Time) => "by exact time",
@@ -287,7 +264,7 @@ fn field_text(field: &FieldReport, style: Style) -> String {
         _ if measure.differing > 0 => style.paint("32", "within"),
         _ => style.paint("32", "equal"),
     };
-    let mut text = format!("  {}{unit}  {state}", field.path);
+    let mut text = format!("  {}{unit}  {state}", field.leaf.path);
     if style.explain {
         text.push_str(&format!("  rule {rule}"));
     }
@@ -317,17 +294,11 @@ fn measure_text(field: &FieldReport) -> String {
         let relative = measure.peak_relative().map_or(String::new(), |r| format!(", {r:.3e} of the peak"));
         text.push_str(&format!("    largest {max:.6e}{relative} {}\n", located(field, place)));
     }
-    if let Some(first) = &measure.first {
-        text.push_str(&format!("    first {}: {} -> {}\n", located(field, &first.place), first.a, first.b));
-    }
-    if let Some(first) = measure.first_beyond.as_ref().filter(|first| Some(*first) != measure.first.as_ref())
-    {
-        text.push_str(&format!(
-            "    first beyond {}: {} -> {}\n",
-            located(field, &first.place),
-            first.a,
-            first.b
-        ));
+    let beyond = measure.first_beyond.as_ref().filter(|first| Some(*first) != measure.first.as_ref());
+    for (what, divergence) in [("first", measure.first.as_ref()), ("first beyond", beyond)] {
+        if let Some(Divergence { place, a, b }) = divergence {
+            text.push_str(&format!("    {what} {}: {a} -> {b}\n", located(field, place)));
+        }
     }
     if let (Some(l1), Some(l2)) = (measure.l1_relative(), measure.l2_relative()) {
         text.push_str(&format!("    relative: L1 {l1:.3e}, L2 {l2:.3e}"));
@@ -343,16 +314,15 @@ fn measure_text(field: &FieldReport) -> String {
 }
 
 fn located(field: &FieldReport, place: &Location) -> String {
-    let element = match field.element.lists {
-        0 => String::new(),
-        _ => format!(", {}", field.element.element(place.element)),
-    };
-    let position = place.position.as_ref().map_or(String::new(), |position| format!(", {position}"));
-    format!("{}{element}{position}", when(place))
+    let mut text = when(place);
+    if field.leaf.lists > 0 {
+        text.push_str(&format!(", {}", field.leaf.element(place.element)));
+    }
+    text + &place.position.as_ref().map_or(String::new(), |position| format!(", {position}"))
 }
 
 fn when(place: &Location) -> String {
-    let time = place.nanoseconds.map_or_else(|| place.time.to_string(), exact_seconds);
+    let time = place.time.nanoseconds().map_or_else(|| place.time.number().to_string(), exact_seconds);
     match place.step {
         Some(step) => format!("at step {step}, time {time}"),
         None => format!("at time {time}"),

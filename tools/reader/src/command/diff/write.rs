@@ -41,10 +41,6 @@ impl DiffWriter {
     /// Creates the file with a channel for every topic that both recordings have.
     ///
     /// * `overwrite`: replace a file of this name
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
     pub(super) fn begin(path: &Path, overwrite: bool, a: &Recording, b: &Recording) -> Result<Self, Failure> {
         let file = Output::create(path, overwrite)?;
         let options = WriteOptions::new()
@@ -84,10 +80,6 @@ impl DiffWriter {
     }
 
     /// Writes the difference of two messages.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
     pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), Failure> {
         let Some(target) = self.channels.get(&matched.channel) else { return Ok(()) };
         let decode = |descriptor, data| dynamic(descriptor, data, self.room);
@@ -106,10 +98,6 @@ impl DiffWriter {
     }
 
     /// Ends the file.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         self.writer.finish()?;
         let output =
