@@ -109,7 +109,6 @@ impl Raster {
     }
 }
 
-/// Draws outlines of glyphs.
 struct Glyphs<'a> {
     rasterizer: Rasterizer,
     text: Text<'a>,

@@ -12,7 +12,6 @@ pub const SIDE: f64 = 126.0;
 pub const EMPTY: u8 = 1;
 /// Colour of the indenter.
 pub const BODY: u8 = 16;
-/// Colour where there is no value.
 const UNKNOWN: u8 = 17;
 /// Colours from this one to before [`LEVELS`] are for the caller to fill.
 pub const FREE: usize = 18;

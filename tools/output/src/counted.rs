@@ -15,7 +15,6 @@ use crate::synchronise;
 #[derive(Clone, Debug)]
 pub struct Counted {
     file: Arc<File>,
-    /// Bytes written.
     written: Arc<AtomicU64>,
 }
 
@@ -25,10 +24,6 @@ impl Counted {
     }
 
     /// Synchronises what is written so far with the disk.
-    ///
-    /// # Errors
-    ///
-    /// What the system says.
     pub fn synchronise(&self) -> io::Result<()> {
         synchronise(&self.file).map_err(|error| self.explain("synchronising", &error))
     }

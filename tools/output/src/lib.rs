@@ -11,8 +11,8 @@
 //!
 //! Pipes and devices, `/dev/stdout` for example, are written to as they are. A symbolic link is followed: what it points to is replaced.
 //!
-//! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
-//! are continued.
+//! Errors of the system, which every function here may return, are reported with the number of bytes that were written before; interrupted
+//! calls are repeated, short writes are continued.
 //!
 //! What such programs show of the files that they read goes through [`text`]; [`COMMIT`] is what is built.
 //!
@@ -49,10 +49,6 @@ pub use signals::{discard_at_signals, signal_name, watch_signals};
 pub const COMMIT: Option<&str> = option_env!("PERCUSS_COMMIT");
 
 /// Room for a new file \[bytes\]; `None` for a device.
-///
-/// # Errors
-///
-/// The system does not say.
 pub fn available(path: &Path) -> io::Result<Option<u64>> {
     match fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => Ok(None),
@@ -60,16 +56,23 @@ pub fn available(path: &Path) -> io::Result<Option<u64>> {
     }
 }
 
-/// The file that a path stands for, its own or that of a symbolic link; `None` for a device.
+/// The file that an output of this name is, there or not yet, through a symbolic link; `None` for a pipe or a device.
 ///
 /// # Errors
 ///
 /// It is a folder, or the system does not say.
 pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
-    Ok(match Destination::of(path)? {
-        Destination::File(path) => Some(path),
-        Destination::Device => None,
-    })
+    let is_link = path.is_symlink();
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_file() && is_link => fs::canonicalize(path).map(Some),
+        Ok(metadata) if metadata.is_file() => Ok(Some(path.to_owned())),
+        Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(_) => Ok(None),
+        // a link to nothing: the name is taken, and what it stands for cannot be created beside it
+        Err(error) if is_link => Err(error),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Some(path.to_owned())),
+        Err(error) => Err(error),
+    }
 }
 
 /// True if two names are of one file, through links of any kind.
@@ -84,31 +87,6 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
 #[cfg(not(unix))]
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
-}
-
-/// Where an output goes.
-enum Destination {
-    /// A regular file, there or not yet.
-    File(PathBuf),
-    /// A pipe, a device: written to as it is.
-    Device,
-}
-
-impl Destination {
-    /// What a path stands for.
-    fn of(path: &Path) -> io::Result<Self> {
-        let is_link = path.is_symlink();
-        match fs::metadata(path) {
-            Ok(metadata) if metadata.is_file() && is_link => fs::canonicalize(path).map(Self::File),
-            Ok(metadata) if metadata.is_file() => Ok(Self::File(path.to_owned())),
-            Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-            Ok(_) => Ok(Self::Device),
-            // a link to nothing: the name is taken, and what it stands for cannot be created beside it
-            Err(error) if is_link => Err(error),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::File(path.to_owned())),
-            Err(error) => Err(error),
-        }
-    }
 }
 
 /// What a thing with a name is that is no regular file, in words.
@@ -143,27 +121,18 @@ pub fn cause(error: &(dyn Error + 'static)) -> String {
     inner.to_string()
 }
 
-/// Folder of a file.
 fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Synchronises the folder of a file with the disk, so that a new name in it lasts. Folders that cannot be opened or synchronised, as
 /// of some network file systems, are left to the system.
-///
-/// # Errors
-///
-/// What the system says.
 pub fn synchronise_folder(path: &Path) -> io::Result<()> {
     let Ok(folder) = File::open(folder(path)) else { return Ok(()) };
     ignore_unfit(folder.sync_all())
 }
 
 /// Synchronises many files of a folder, those of [`Output::commit_later`], and their names with the disk.
-///
-/// # Errors
-///
-/// What the system says.
 pub fn synchronise_all(folder: &Path) -> io::Result<()> {
     if cfg!(windows) {
         // it has no such call for folders, and the files are synchronised one by one
@@ -176,10 +145,6 @@ pub fn synchronise_all(folder: &Path) -> io::Result<()> {
 }
 
 /// Synchronises a file with the disk. Pipes and devices that have none are left alone.
-///
-/// # Errors
-///
-/// What the system says.
 pub fn synchronise(file: &File) -> io::Result<()> {
     ignore_unfit(repeated(|| file.sync_all()))
 }

@@ -10,7 +10,7 @@ use std::{
 use tempfile::{Builder, TempPath};
 
 use crate::{
-    Destination, counted::Counted, folder, open_device, repeated, synchronise_folder, unfinished::Unfinished,
+    counted::Counted, file_of, folder, open_device, repeated, synchronise_folder, unfinished::Unfinished,
 };
 
 /// Longest part of the name of a file in that of its temporary file \[bytes\]: file systems allow 255 in all.
@@ -36,11 +36,8 @@ impl Output {
     ///
     /// [`io::ErrorKind::AlreadyExists`] if it is not to be replaced; else what the system says.
     pub fn create(path: &Path, overwrite: bool) -> io::Result<Self> {
-        let path = match Destination::of(path)? {
-            Destination::Device => {
-                return Ok(Self { file: Counted::new(open_device(path)?), names: None, overwrite });
-            }
-            Destination::File(path) => path,
+        let Some(path) = file_of(path)? else {
+            return Ok(Self { file: Counted::new(open_device(path)?), names: None, overwrite });
         };
         if !overwrite && path.exists() {
             return Err(io::ErrorKind::AlreadyExists.into());
@@ -69,10 +66,6 @@ impl Output {
 
     /// Gives one of many files its name: they are synchronised together by [`synchronise_all`](crate::synchronise_all), in a second where
     /// each by itself takes minutes.
-    ///
-    /// # Errors
-    ///
-    /// As of [`Output::commit`].
     pub fn commit_later(self) -> io::Result<()> {
         if cfg!(target_os = "linux") { self.rename().map(drop) } else { self.commit() }
     }
@@ -144,10 +137,6 @@ pub fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputErr
 }
 
 /// Writes one of many whole files, see [`Output::commit_later`].
-///
-/// # Errors
-///
-/// As of [`write()`].
 pub fn write_later(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputError> {
     write_and(Output::commit_later, path, bytes, overwrite)
 }

@@ -10,7 +10,7 @@ use std::{
 use tempfile::TempPath;
 
 use crate::{
-    Destination, OutputError, counted::Counted, open_device, output::rename, repeated, synchronise_folder,
+    OutputError, counted::Counted, file_of, open_device, output::rename, repeated, synchronise_folder,
 };
 
 /// Why a file cannot be begun.
@@ -68,24 +68,14 @@ impl Part {
     ///
     /// See [`PartError`].
     pub fn create(path: &Path, overwrite: bool) -> Result<Self, PartError> {
-        let system = |error| PartError::System { path: path.into(), error };
-        let path = match Destination::of(path).map_err(system)? {
-            Destination::Device => {
-                let file = open_device(path).map_err(system)?;
-                return Ok(Self { file: Counted::new(file), names: None, overwrite });
-            }
-            Destination::File(path) => path,
+        let Some(path) = target(path, overwrite)? else {
+            let file = open_device(path).map_err(system(path))?;
+            return Ok(Self { file: Counted::new(file), names: None, overwrite });
         };
-        if !overwrite && path.exists() {
-            return Err(OutputError::Exists(path).into());
-        }
         let part = part_of(&path);
         let file = open_locked(&part, overwrite)?;
         // it may have been completed by another process since
-        if !overwrite && path.exists() {
-            drop(fs::remove_file(&part));
-            return Err(OutputError::Exists(path).into());
-        }
+        OutputError::refuse_existing(Some(&path), overwrite).inspect_err(|_| drop(fs::remove_file(&part)))?;
         Ok(Self { file: Counted::new(file), names: Some((part, path)), overwrite })
     }
 
@@ -98,22 +88,14 @@ impl Part {
     ///
     /// See [`PartError`].
     pub fn resume(path: &Path, overwrite: bool) -> Result<(Self, Left), PartError> {
-        let system = |path: &Path, error| PartError::System { path: path.into(), error };
-        let path = match Destination::of(path).map_err(|error| system(path, error))? {
-            Destination::Device => return Err(PartError::Nothing(part_of(path))),
-            Destination::File(path) => path,
-        };
-        if !overwrite && path.exists() {
-            return Err(OutputError::Exists(path).into());
-        }
+        let Some(path) = target(path, overwrite)? else { return Err(PartError::Nothing(part_of(path))) };
         let part = part_of(&path);
         let left = match OpenOptions::new().read(true).write(true).open(&part) {
-            Ok(left) => left,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(PartError::Nothing(part)),
-            Err(error) => return Err(system(&part, error)),
+            left => left.map_err(system(&part))?,
         };
         lock(&left, &part)?;
-        if !has_name(&left, &part).map_err(|error| system(&part, error))? {
+        if !has_name(&left, &part).map_err(system(&part))? {
             return Err(PartError::Busy(part));
         }
         // one name: what an attempt leaves of it, which was killed here, the next one replaces; the holder of the lock above is the only one
@@ -121,10 +103,10 @@ impl Part {
         new.push(".new");
         let new = PathBuf::from(new);
         let file = OpenOptions::new().write(true).create(true).truncate(true).open(&new);
-        let file = file.map_err(|error| system(&new, error))?;
+        let file = file.map_err(system(&new))?;
         lock(&file, &new)?;
         let file = Counted::new(file);
-        let temporary = TempPath::try_from_path(&new).map_err(|error| system(&new, error))?;
+        let temporary = TempPath::try_from_path(&new).map_err(system(&new))?;
         let left = Left { file: left, new: file.clone(), temporary, part: part.clone() };
         Ok((Self { file, names: Some((part, path)), overwrite }, left))
     }
@@ -140,10 +122,6 @@ impl Part {
     }
 
     /// Synchronises the file with the disk.
-    ///
-    /// # Errors
-    ///
-    /// What the system says.
     pub fn synchronise(&self) -> io::Result<()> {
         self.file.synchronise()
     }
@@ -213,32 +191,34 @@ impl Write for Part {
     }
 }
 
+/// The error of a call of the system.
+fn system(path: &Path) -> impl Fn(io::Error) -> PartError + Copy {
+    move |error| PartError::System { path: path.into(), error }
+}
+
+/// The file that is to be written, refused if there is one; `None` for a device.
+fn target(path: &Path, overwrite: bool) -> Result<Option<PathBuf>, PartError> {
+    let file = file_of(path).map_err(system(path))?;
+    OutputError::refuse_existing(file.as_deref(), overwrite)?;
+    Ok(file)
+}
+
 /// Creates a part, or empties one that was left, and locks it.
 fn open_locked(part: &Path, overwrite: bool) -> Result<File, PartError> {
-    let system = |error| PartError::System { path: part.into(), error };
     loop {
         let mut options = OpenOptions::new();
-        options.write(true);
-        let created = options.clone().create_new(true).open(part);
-        let (file, is_new) = match created {
-            Ok(file) => (file, true),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => match options.open(part) {
-                Ok(file) => (file, false),
-                // the other process has completed or removed it in between
-                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-                Err(error) => return Err(system(error)),
-            },
-            Err(error) => return Err(system(error)),
-        };
+        // the content stays until it is known to be of no use
+        let file = options.write(true).create(true).truncate(false).open(part).map_err(system(part))?;
         lock(&file, part)?;
-        if !has_name(&file, part).map_err(system)? {
+        // another process may have completed or removed it in between
+        if !has_name(&file, part).map_err(system(part))? {
             continue;
         }
         // one that another process has just created, and not locked yet, is empty
-        if !is_new && !overwrite && file.metadata().map_err(system)?.len() > 0 {
+        if !overwrite && file.metadata().map_err(system(part))?.len() > 0 {
             return Err(PartError::Left(part.into()));
         }
-        file.set_len(0).map_err(system)?;
+        file.set_len(0).map_err(system(part))?;
         return Ok(file);
     }
 }
@@ -254,15 +234,11 @@ fn lock(file: &File, path: &Path) -> Result<(), PartError> {
         Ok(false) => Err(PartError::Busy(path.into())),
         // a file system without locks
         Err(error) if error.kind() == io::ErrorKind::Unsupported => Ok(()),
-        Err(error) => Err(PartError::System { path: path.into(), error }),
+        Err(error) => Err(system(path)(error)),
     }
 }
 
 /// True if a name still stands for an open file.
-///
-/// # Errors
-///
-/// What the system says.
 #[cfg(unix)]
 pub fn has_name(file: &File, path: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt;
@@ -275,10 +251,6 @@ pub fn has_name(file: &File, path: &Path) -> io::Result<bool> {
 }
 
 /// True if a name still stands for an open file, which elsewhere others cannot rename.
-///
-/// # Errors
-///
-/// None.
 #[cfg(not(unix))]
 pub fn has_name(_: &File, path: &Path) -> io::Result<bool> {
     Ok(path.exists())

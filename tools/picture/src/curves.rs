@@ -19,7 +19,6 @@ const MAX_POINTS: usize = 4000;
 /// black. Yellow is not used, it is hard to see on white.
 const COLOURS: [usize; 7] = [4, 5, 2, 0, 6, 1, 7];
 
-/// An eighth colour.
 const GREY: &str = "#8c8c8c";
 
 /// Largest number of curves that a legend names.

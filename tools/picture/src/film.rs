@@ -1,6 +1,6 @@
 //! Pictures that move: axes, scales and colours stay; a section, curves and a body beside it move.
 
-use kuva::{Palette, render::render::Scene};
+use kuva::render::render::Scene;
 use percuss_canvas::{Align, Raster as Canvas, Section as Painter, Text};
 use resvg::tiny_skia::{FillRule, Mask, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform};
 
@@ -12,7 +12,6 @@ use crate::{
 
 /// Width of a film \[units\]; its height follows from the section.
 const WIDTH: f64 = 960.0;
-/// Room for the title.
 const TITLE: f64 = 34.0;
 /// Margins of a part: left, right, top, bottom; of the section at the right also the colour bar.
 const MARGINS: [f64; 4] = [74.0, 22.0, 12.0, 50.0];
@@ -23,6 +22,9 @@ const DIAGRAM: (f64, f64) = (0.5 * WIDTH, 270.0);
 const STANDING: f64 = 0.62;
 /// Largest height of a section beside the diagrams.
 const TALLEST: f64 = 620.0;
+
+/// Colour of curves, the first of the palette of diagrams.
+pub(crate) const CURVE: [u8; 3] = [0x00, 0x72, 0xb2];
 
 /// Colour of what stays of a curve.
 const REST: [u8; 3] = [196, 196, 196];
@@ -95,9 +97,6 @@ struct Window {
     /// Left, top, width, height \[units\].
     at: [f64; 4],
     ends: [(f64, f64); 2],
-    /// True if the numbers of the vertical axis grow upwards.
-    upward: bool,
-    /// From units to pixels.
     transform: Transform,
     /// The pixels within, and half of a curve around them.
     mask: Mask,
@@ -109,7 +108,6 @@ impl Window {
     fn new(
         at: [f64; 4],
         ends: [(f64, f64); 2],
-        upward: bool,
         scale: f32,
         [width, height]: [u32; 2],
     ) -> Result<Self, String> {
@@ -121,7 +119,7 @@ impl Window {
             return Err("the picture is too large".into());
         };
         mask.fill_path(&PathBuilder::from_rect(clip), FillRule::Winding, false, transform);
-        Ok(Self { at, ends, upward, transform, mask })
+        Ok(Self { at, ends, transform, mask })
     }
 
     /// Where a point is \[units\].
@@ -129,13 +127,11 @@ impl Window {
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
         let (across, up) = (share(x, self.ends[0]), share(y, self.ends[1]));
         let [left, top, width, height] = self.at;
-        let down = if self.upward { 1.0 - up } else { up };
         // far outside is as good as infinitely far
         let near = |share: f64| share.clamp(-9.0, 9.0);
-        ((left + near(across) * width) as f32, (top + near(down) * height) as f32)
+        ((left + near(across) * width) as f32, (top + near(1.0 - up) * height) as f32)
     }
 
-    /// A curve.
     fn stroke(&self, pixels: &mut Pixmap, points: &[(f64, f64)], colour: [u8; 3], width: f32) {
         let mut builder = PathBuilder::new();
         let is_visible = |point: &(f64, f64)| point.0.abs() < LARGEST && point.1.abs() < LARGEST;
@@ -191,13 +187,6 @@ pub(crate) fn colours() -> [[u8; 3]; 256] {
     percuss_canvas::palette(percuss_canvas::diverging)
 }
 
-/// The colour of curves.
-pub(crate) fn curve_colour() -> [u8; 3] {
-    let palette = Palette::okabe_ito();
-    let hex = palette.colors().get(4).map_or("#0072B2", String::as_str);
-    [1, 3, 5].map(|at| hex.get(at..at + 2).and_then(|byte| u8::from_str_radix(byte, 16).ok()).unwrap_or(0))
-}
-
 impl Film {
     /// Draws what stays.
     ///
@@ -245,7 +234,7 @@ impl Film {
             let axes = Axes { ends: diagram.ends, upward: true, title: "", labels };
             paint(axes.scene(&place, None), to_pixels(x, y), &mut base)?;
             let at = [x + place.left, y + place.top, place.width, place.height];
-            let window = Window::new(at, diagram.ends, true, scale, size)?;
+            let window = Window::new(at, diagram.ends, scale, size)?;
             window.stroke(&mut base, &diagram.rest, REST, 1.4);
             diagrams.push((window, !diagram.rest.is_empty()));
         }
@@ -268,9 +257,9 @@ impl Film {
             }
         }
         for ((window, has_dot), curve) in self.diagrams.iter().zip(moment.curves) {
-            window.stroke(&mut pixels, curve, curve_colour(), 1.8);
+            window.stroke(&mut pixels, curve, CURVE, 1.8);
             if let Some(&last) = curve.last().filter(|_| *has_dot) {
-                window.dot(&mut pixels, last, curve_colour());
+                window.dot(&mut pixels, last, CURVE);
             }
         }
         write(moment.time, Align::End, self.scale, &self.palette, &mut pixels);
@@ -306,7 +295,6 @@ impl Cells {
         }
     }
 
-    /// A frame of the section.
     fn paint(&self, moment: &Moment<'_>) -> Canvas {
         let mut canvas = Canvas::new(self.painter.columns.len(), self.painter.rows.len());
         let value = |row: usize, column: usize| moment.values.get(row * self.width + column);
@@ -436,7 +424,6 @@ mod tests {
         film.frame(&moment)
     }
 
-    /// A pixel of a frame.
     fn pixel(raster: &Raster, x: u32, y: u32) -> [u8; 3] {
         let at = 4 * (y * raster.width + x) as usize;
         [raster.rgba[at], raster.rgba[at + 1], raster.rgba[at + 2]]

@@ -24,6 +24,7 @@ use crate::{
     curves::base,
     output::render,
     terminal::{self, Frame, shown},
+    typeset::text,
 };
 
 pub use layers::Layer;
@@ -157,7 +158,7 @@ pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> R
         Medium::Terminal { columns, rows, colour: true } => in_terminal(image, &scale, columns, rows),
         Medium::Svg | Medium::Pdf | Medium::Png => {
             let place = Place::on_paper(image);
-            let mut scene = axes(image, &place, true, None);
+            let mut scene = axes(image, &place, None);
             scene.elements.extend(cells(image, &scale, &place, PIXEL));
             scene.elements.extend(layers::names(image, &place));
             scene.elements.extend(bar(&scale, &place, &image.value_label));
@@ -166,7 +167,6 @@ pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> R
     }
 }
 
-/// An image with terminal colours.
 fn in_terminal(image: &Image, scale: &Scale, columns: usize, rows: usize) -> Result<Vec<u8>, String> {
     let frame = Frame {
         title: &image.title,
@@ -179,7 +179,7 @@ fn in_terminal(image: &Image, scale: &Scale, columns: usize, rows: usize) -> Res
     };
     terminal::draw(frame, |rows| {
         let place = Place::in_terminal(image, columns, rows);
-        let mut scene = axes(image, &place, false, Some(rows));
+        let mut scene = axes(image, &place, Some(rows));
         scene.elements.extend(cells(image, scale, &place, DOT));
         scene.elements.extend(bar(scale, &place, ""));
         scene
@@ -235,17 +235,14 @@ fn ratio(image: &Image) -> Option<f64> {
 }
 
 /// The axes around a matrix.
-fn axes(image: &Image, place: &Place, with_labels: bool, rows: Option<usize>) -> Scene {
-    let axes = Axes {
-        ends: [image.columns.ends(), image.rows.ends()],
-        upward: image.upward,
-        title: if with_labels { &image.title } else { "" },
-        labels: [&image.column_label, if with_labels { &image.row_label } else { "" }],
-    };
-    axes.scene(place, rows)
+///
+/// * `rows`: of a terminal, where title and label are in the frame
+fn axes(image: &Image, place: &Place, rows: Option<usize>) -> Scene {
+    let (title, row_label) = if rows.is_none() { (&*image.title, &*image.row_label) } else { ("", "") };
+    let (ends, labels) = ([image.columns.ends(), image.rows.ends()], [&image.column_label, row_label]);
+    Axes { ends, upward: image.upward, title, labels }.scene(place, rows)
 }
 
-/// Axes around something.
 pub(crate) struct Axes<'a> {
     /// Ends of the horizontal and of the vertical axis.
     pub ends: [(f64, f64); 2],
@@ -357,7 +354,6 @@ impl Scale {
         level((share * SIDE) as f32)
     }
 
-    /// The colours of levels.
     pub(crate) fn palette(&self) -> [[u8; 3]; 256] {
         palette(|share| match self.colours {
             Colours::Sequential => {
@@ -407,9 +403,6 @@ pub(crate) fn bar(scale: &Scale, place: &Place, label: &str) -> Vec<Primitive> {
         stroke,
         opacity: None,
     };
-    let text = |x: f64, y: f64, content: String, size: u32, anchor: TextAnchor, rotate: Option<f64>| {
-        Primitive::Text { x, y, content, size, anchor, rotate, bold: false, color: None }
-    };
     let (mut elements, palette) = (Vec::new(), scale.palette());
     for i in 0..STEPS {
         let share = 1.0 - (i as f64 + 0.5) / STEPS as f64;
@@ -427,21 +420,13 @@ pub(crate) fn bar(scale: &Scale, place: &Place, label: &str) -> Vec<Primitive> {
     for tick in scale.ticks(count) {
         let y = place.top + place.height * (1.0 - (tick - scale.low) / scale.span());
         let (x1, x2) = (x + WIDTH, x + WIDTH + 4.0);
-        let stroke = Color::Rgb(0, 0, 0);
-        elements.push(Primitive::Line {
-            x1,
-            y1: y,
-            x2,
-            y2: y,
-            stroke,
-            stroke_width: 1.0,
-            stroke_dasharray: None,
-        });
-        elements.push(text(x2 + 4.0, y + 4.0, TickFormat::Auto.format(tick), 11, TextAnchor::Start, None));
+        let (y1, y2, stroke, stroke_width) = (y, y, Color::Rgb(0, 0, 0), 1.0);
+        elements.push(Primitive::Line { x1, y1, x2, y2, stroke, stroke_width, stroke_dasharray: None });
+        elements.push(text((x2 + 4.0, y + 4.0), TickFormat::Auto.format(tick), 11, TextAnchor::Start, None));
     }
     if !label.is_empty() {
         let middle = place.top + 0.5 * place.height;
-        elements.push(text(x + WIDTH + 72.0, middle, label.into(), 14, TextAnchor::Middle, Some(-90.0)));
+        elements.push(text((x + WIDTH + 72.0, middle), label.into(), 14, TextAnchor::Middle, Some(-90.0)));
     }
     elements
 }
@@ -462,14 +447,8 @@ fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> St
     let span = if high > low { high - low } else { 1.0 };
     let mut text = format!("{}\n", shown(&image.title));
     let ends = (TickFormat::Auto.format(rounded(low)), TickFormat::Auto.format(rounded(high)));
-    text.push_str(&format!(
-        "{}: `{}` {} to `{}` {}\n",
-        shown(&image.value_label),
-        SHADES[0],
-        ends.0,
-        SHADES[4],
-        ends.1
-    ));
+    let label = shown(&image.value_label);
+    text.push_str(&format!("{label}: `{}` {} to `{}` {}\n", SHADES[0], ends.0, SHADES[4], ends.1));
     text.push_str(&format!("{:>MARGIN$}\n", shown(&image.row_label)));
     let (bottom, top) = image.rows.ends();
     for line in 0..lines {

@@ -1,10 +1,10 @@
 //! Frames as a GIF: one palette, and of every frame the part that is another than before.
 
-use std::{borrow::Cow, collections::HashMap, io::Write};
+use std::{collections::HashMap, io::Write};
 
 use percuss_canvas::FREE;
 
-use crate::film::{Raster, colours, curve_colour};
+use crate::film::{CURVE, Raster, colours};
 
 /// Shades between white and the colour of curves.
 const SHADES: u32 = 10;
@@ -19,7 +19,7 @@ struct Colours {
 
 impl Colours {
     fn new() -> Self {
-        let shade = |i: u32| curve_colour().map(|c| (255 - (255 - u32::from(c)) * i / SHADES) as u8);
+        let shade = |i: u32| CURVE.map(|c| (255 - (255 - u32::from(c)) * i / SHADES) as u8);
         let mut palette = colours();
         for (colour, i) in palette[FREE..].iter_mut().zip(1..=SHADES) {
             *colour = shade(i);
@@ -38,15 +38,6 @@ impl Colours {
             numbered.min_by_key(|(_, other)| distance(other)).map_or(0, |(number, _)| number as u8)
         })
     }
-}
-
-/// A part of a frame.
-struct Part {
-    left: u32,
-    top: u32,
-    width: u32,
-    height: u32,
-    numbers: Vec<u8>,
 }
 
 /// A moving picture that is being written.
@@ -91,49 +82,34 @@ impl<W: Write> Moving<W> {
         }
         let pixels = frame.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]);
         let numbers: Vec<u8> = pixels.map(|pixel| self.colours.number(pixel)).collect();
-        let part = self.changed(&numbers);
+        let frame = self.changed(&numbers);
         self.before = numbers;
-        let frame = gif::Frame {
-            delay: self.delay,
-            dispose: gif::DisposalMethod::Keep,
-            transparent: Some(NOTHING),
-            left: part.left as u16,
-            top: part.top as u16,
-            width: part.width as u16,
-            height: part.height as u16,
-            buffer: Cow::Owned(part.numbers),
-            ..gif::Frame::default()
-        };
         self.encoder.write_frame(&frame).map_err(text)
     }
 
     /// The smallest rectangle of what is another than before; in it what has stayed is nothing.
-    fn changed(&self, numbers: &[u8]) -> Part {
+    fn changed(&self, numbers: &[u8]) -> gif::Frame<'static> {
         let (width, height) = (self.size.0 as usize, self.size.1 as usize);
-        if self.before.is_empty() {
-            return Part {
-                left: 0,
-                top: 0,
-                width: self.size.0,
-                height: self.size.1,
-                numbers: numbers.to_vec(),
-            };
-        }
-        let differs = |at: usize| numbers[at] != self.before[at];
+        // of the first frame all is
+        let differs = |at: usize| self.before.get(at) != Some(&numbers[at]);
         let rows: Vec<usize> = (0..height).filter(|j| (0..width).any(|i| differs(j * width + i))).collect();
         let columns: Vec<usize> =
             (0..width).filter(|i| rows.iter().any(|j| differs(j * width + i))).collect();
         // a part has one pixel at least
-        let (top, bottom) = (rows.first().copied().unwrap_or(0), rows.last().copied().unwrap_or(0));
-        let (left, right) = (columns.first().copied().unwrap_or(0), columns.last().copied().unwrap_or(0));
+        let ends = |of: &[usize]| (of.first().copied().unwrap_or(0), of.last().copied().unwrap_or(0));
+        let ((top, bottom), (left, right)) = (ends(&rows), ends(&columns));
         let number = |at: usize| if differs(at) { numbers[at] } else { NOTHING };
         let part = (top..=bottom).flat_map(|j| (left..=right).map(move |i| number(j * width + i)));
-        Part {
-            left: left as u32,
-            top: top as u32,
-            width: (right - left + 1) as u32,
-            height: (bottom - top + 1) as u32,
-            numbers: part.collect(),
+        gif::Frame {
+            delay: self.delay,
+            dispose: gif::DisposalMethod::Keep,
+            transparent: Some(NOTHING),
+            left: left as u16,
+            top: top as u16,
+            width: (right - left + 1) as u16,
+            height: (bottom - top + 1) as u16,
+            buffer: part.collect(),
+            ..gif::Frame::default()
         }
     }
 

@@ -13,7 +13,6 @@ use resvg::{
 
 use crate::{Medium, typeset};
 
-/// Renders a scene.
 pub fn render(mut scene: Scene, medium: Medium) -> Result<Vec<u8>, String> {
     if !matches!(medium, Medium::Terminal { .. }) {
         // a terminal joins near points only

@@ -9,19 +9,15 @@ use crate::{Medium, output::render};
 
 /// What stands around a picture in a terminal.
 pub struct Frame<'a> {
-    /// Title; none if empty.
     pub title: &'a str,
     /// Label of the vertical axis.
     pub left: &'a str,
     /// Label of the vertical axis at the right.
     pub right: &'a str,
-    /// Names and colours of curves.
     pub legend: Vec<(String, String)>,
-    /// Columns.
     pub columns: usize,
     /// Rows of everything.
     pub rows: usize,
-    /// With terminal colours.
     pub colour: bool,
 }
 

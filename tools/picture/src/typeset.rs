@@ -10,6 +10,19 @@ use ttf_parser::OutlineBuilder;
 /// Units of an outline in the size of its text: a few thousandths are too small to see.
 const UNITS: f64 = 500.0;
 
+/// A black text.
+///
+/// * `rotate`: its angle \[degrees, clockwise\]
+pub fn text(
+    (x, y): (f64, f64),
+    content: String,
+    size: u32,
+    anchor: TextAnchor,
+    rotate: Option<f64>,
+) -> Primitive {
+    Primitive::Text { x, y, content, size, anchor, rotate, bold: false, color: None }
+}
+
 /// Distance from the anchor of a text to its start \[widths\].
 fn start(anchor: TextAnchor) -> f64 {
     match anchor {
@@ -92,7 +105,6 @@ pub fn split(scene: &mut Scene) {
     });
 }
 
-/// Turns texts into plain Unicode.
 pub fn unicode(scene: &mut Scene) {
     for element in &mut scene.elements {
         if let Primitive::Text { content, .. } = element {

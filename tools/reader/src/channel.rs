@@ -8,7 +8,7 @@ use std::{
 use crate::{convention, instant::Instant, prefix::Prefixed, wire::Layout};
 
 /// A channel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Channel {
     /// Topic.
     pub topic: String,

@@ -10,7 +10,7 @@ use prost_reflect::DescriptorPool;
 
 use crate::{
     channel::Channel,
-    recording::{Budget, Damage, Limits},
+    recording::{Budget, Damage, ENTRY, Limits},
     text::short,
     wire::{
         Layout, List,
@@ -24,29 +24,23 @@ pub(crate) const SHOWN: usize = 8;
 
 /// Memory of the entries of a metadata record \[bytes\].
 pub(crate) fn weight_of_entries(entries: &BTreeMap<String, String>) -> usize {
-    /// Memory of an entry of a map of texts, besides its bytes \[bytes\].
-    const ENTRY: usize = 160;
     entries.iter().map(|(key, value)| ENTRY + SHOWN * (key.len() + value.len())).sum()
 }
 
 /// Descriptors and channels as they come up in a file.
 pub struct Directory {
     schemas: HashMap<u16, Schema>,
-    channels: BTreeMap<u16, Channel>,
+    pub(crate) channels: BTreeMap<u16, Channel>,
     /// What the schemas of channels with JSON messages say of these.
-    shapes: BTreeMap<u16, Shape>,
-    budget: Budget,
+    pub(crate) shapes: BTreeMap<u16, Shape>,
+    /// Memory that is left for definitions.
+    pub(crate) budget: Budget,
     limits: Limits,
     overflowed: bool,
     refused: Vec<Damage>,
 }
 
-/// What is known of JSON messages before any is read, by channel, and the memory that is left for definitions.
-pub(crate) struct JsonShapes {
-    pub(crate) shapes: BTreeMap<u16, Shape>,
-    pub(crate) budget: Budget,
-}
-
+#[derive(Default)]
 struct Schema {
     name: String,
     encoding: String,
@@ -54,7 +48,6 @@ struct Schema {
     layout: Option<Arc<Layout>>,
     /// What a JSON schema says.
     shape: Shape,
-    /// Why a schema is not used.
     reason: Option<String>,
 }
 
@@ -99,8 +92,7 @@ impl Directory {
             return;
         }
         let (name, encoding) = (header.name.clone(), header.encoding.clone());
-        let shape = Shape::default();
-        let mut schema = Schema { name, encoding, pool: None, layout: None, shape, reason: None };
+        let mut schema = Schema { name, encoding, ..Schema::default() };
         if header.encoding == "jsonschema" {
             // where it says nothing, the messages do
             match json::shape(data, &mut self.budget) {
@@ -131,24 +123,23 @@ impl Directory {
         if !self.has_room(1024 + SHOWN * texts + weight_of_entries(&channel.metadata)) {
             return;
         }
-        let is_protobuf = channel.message_encoding == "protobuf";
-        let layout = if is_protobuf { self.layout(channel.schema_id, &channel.topic) } else { None };
-        let known = Channel {
+        let mut known = Channel {
             topic: channel.topic.clone(),
             schema,
             encoding: channel.message_encoding.clone(),
             metadata: channel.metadata.clone(),
-            layout,
-            origin: 0,
-            count: 0,
-            span: None,
+            ..Channel::default()
         };
-        if channel.message_encoding == "json" {
-            let shape = self.schemas.get(&channel.schema_id).map(|schema| &schema.shape);
-            let weight = shape.map_or(0, Shape::weight);
-            // a shape is kept for every channel
-            let shape = shape.filter(|_| self.budget.spend(weight)).cloned().unwrap_or_default();
-            self.shapes.insert(channel.id, shape);
+        match known.encoding.as_str() {
+            "protobuf" => known.layout = self.layout(channel.schema_id, &channel.topic),
+            "json" => {
+                let shape = self.schemas.get(&channel.schema_id).map(|schema| &schema.shape);
+                let weight = shape.map_or(0, Shape::weight);
+                // a shape is kept for every channel
+                let shape = shape.filter(|_| self.budget.spend(weight)).cloned().unwrap_or_default();
+                self.shapes.insert(channel.id, shape);
+            }
+            _ => {}
         }
         self.channels.insert(channel.id, known);
     }
@@ -156,22 +147,21 @@ impl Directory {
     /// The layout of the messages of a channel; made once for every schema.
     fn layout(&mut self, schema_id: u16, topic: &str) -> Option<Arc<Layout>> {
         let schema = self.schemas.get_mut(&schema_id)?;
-        if schema.layout.is_none() {
-            let message = schema.pool.as_ref()?.get_message_by_name(&schema.name)?;
-            let layout = Layout::of(&message).within(self.limits.values());
-            if !self.budget.spend(layout.weight()) {
-                self.refuse(format!("the fields of `{}` (--max-memory)", short(topic)));
-                return None;
+        let layout = match &schema.layout {
+            Some(layout) => Some(layout.clone()),
+            None => {
+                let message = schema.pool.as_ref()?.get_message_by_name(&schema.name)?;
+                let layout = Layout::of(&message).within(self.limits.values());
+                schema.layout = self.budget.spend(layout.weight).then(|| Arc::new(layout));
+                schema.layout.clone()
             }
-            schema.layout = Some(Arc::new(layout));
-        }
-        let layout = schema.layout.clone()?;
+        };
         // every channel keeps a decoded message and names for its fields
-        if !self.budget.spend(layout.leaves.len() * size_of::<List>()) {
+        let layout = layout.filter(|layout| self.budget.spend(layout.leaves.len() * size_of::<List>()));
+        if layout.is_none() {
             self.refuse(format!("the fields of `{}` (--max-memory)", short(topic)));
-            return None;
         }
-        Some(layout)
+        layout
     }
 
     fn refuse(&mut self, what: String) {
@@ -203,24 +193,9 @@ impl Directory {
         self.overflowed
     }
 
-    /// Takes out what is known of JSON messages.
-    pub(crate) fn take_json(&mut self) -> JsonShapes {
-        JsonShapes { shapes: std::mem::take(&mut self.shapes), budget: self.budget }
-    }
-
     /// The channels by their ids.
     pub fn channels(&self) -> &BTreeMap<u16, Channel> {
         &self.channels
-    }
-
-    /// A channel by its id, to count its messages.
-    pub(crate) fn channel_mut(&mut self, id: u16) -> Option<&mut Channel> {
-        self.channels.get_mut(&id)
-    }
-
-    /// The channels themselves.
-    pub fn into_channels(self) -> BTreeMap<u16, Channel> {
-        self.channels
     }
 
     /// Why a protobuf schema does not describe the message it is named after; `None` if it does. Empty where the descriptors

@@ -1,7 +1,7 @@
 //! A recording that is open for reading: its channels, and the messages of some of them.
 //!
 //! Where the file has a sound summary, [`Recording::open`] reads nothing else, and [`Recording::messages`] reads only
-//! the chunks that hold what is asked for. Otherwise both read the whole file.
+//! the chunks that hold what is asked for. Otherwise both read the whole file. All that reads fails where the system does.
 
 mod decoder;
 mod json;
@@ -177,10 +177,9 @@ impl Recording {
 
     /// The summary of the file, empty if there is none.
     pub(crate) fn index(&self) -> &Index {
-        self.file.index()
+        &self.file.index
     }
 
-    /// Reads the file from its start on.
     pub(crate) fn scan(&self) -> Result<Scan, Failure> {
         self.file.scan(&self.path, self.limits)
     }
@@ -188,10 +187,6 @@ impl Recording {
     /// The messages of some channels, in the order of the file.
     ///
     /// * `window`: first and last log time \[ns\]; messages outside may come out too
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read.
     pub fn messages(
         &self,
         ids: impl IntoIterator<Item = u16>,
@@ -246,10 +241,6 @@ impl Recording {
     }
 
     /// Hands the name and content of every attachment to `take`, until that returns something; of one that has no room what is known of it.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read.
     pub fn find_attachment<T>(
         &self,
         mut take: impl FnMut(&str, Result<&[u8], LeftOut>) -> Option<T>,
@@ -267,10 +258,6 @@ impl Recording {
     }
 
     /// The content of an attachment.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read.
     pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, Failure> {
         let found =
             self.find_attachment(|known, content| (known == name).then(|| content.map(<[u8]>::to_vec)))?;
@@ -304,7 +291,6 @@ impl<'a> Message<'a> {
     }
 }
 
-/// A message that is kept.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Kept {
     pub(crate) channel: u16,
@@ -345,7 +331,6 @@ pub struct Seen {
 /// What is made of every record of the file, and of messages that can be decoded.
 pub(crate) type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<&mut Decoded<'_>>) + 'a>;
 
-/// A channel, and what decodes its messages.
 type Known<'a> = (&'a Channel, Option<Decoder>);
 
 /// The messages of some channels, one after the other.
@@ -367,7 +352,6 @@ pub struct Next<'a, 'd> {
 }
 
 impl Next<'_, '_> {
-    /// When it is.
     pub(crate) fn instant(&self) -> Instant {
         self.channel.instant(self.message.data, self.message.log_time, self.channel.origin)
     }
@@ -390,10 +374,6 @@ impl Messages<'_> {
     }
 
     /// Hands the next message to `take`; `None` at the end, or where a file that is being written holds no more for now.
-    ///
-    /// # Errors
-    ///
-    /// The system fails to read.
     pub fn next<T>(&mut self, take: impl FnOnce(&mut Next<'_, '_>) -> T) -> Result<Option<T>, Failure> {
         while let Some(turns) = &mut self.turns {
             if let Some(kept) = turns.next() {
@@ -427,10 +407,6 @@ impl Messages<'_> {
 
     /// Hands the messages one by one to `take`, up to the end or to where a file that is being written holds no more for
     /// now.
-    ///
-    /// # Errors
-    ///
-    /// The system fails to read, or `take` fails.
     pub fn for_each(
         &mut self,
         mut take: impl FnMut(&mut Next<'_, '_>) -> Result<(), Failure>,

@@ -32,7 +32,6 @@ pub struct Moment {
 enum Choice {
     /// Every n-th, and the last.
     Every(u64),
-    /// Those of these numbers.
     Numbers(BTreeSet<u64>),
 }
 
@@ -84,7 +83,6 @@ impl<'a> Pass<'a> {
         Self { budget: Budget::new(bytes), ..self }
     }
 
-    /// Those who look at a channel.
     fn watched(&mut self, id: u16) -> &mut Watched<'a> {
         self.channels.entry(id).or_insert_with(|| Watched {
             bytes: Vec::new(),
@@ -149,10 +147,6 @@ impl<'a> Pass<'a> {
     }
 
     /// Reads the recording.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or an observer fails.
     pub fn run(self) -> Result<Seen, Failure> {
         let Self { recording, window, mut channels, records, mut budget } = self;
         let ids = || channels.keys().copied();
@@ -175,7 +169,6 @@ impl<'a> Pass<'a> {
 }
 
 impl Watched<'_> {
-    /// Takes the next message.
     fn take(&mut self, next: &mut Next<'_, '_>, window: &Window, budget: &mut Budget) -> Result<(), Failure> {
         let instant = next.instant();
         if !window.holds(instant) {

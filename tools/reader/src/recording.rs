@@ -3,15 +3,14 @@
 //! [`Scan`] walks over the records of a file and decompresses its chunks; the parsing and decompression is that of the `mcap`
 //! crate. Every checksum is verified, chunks before any message of theirs comes out. A damaged part is skipped and
 //! reported: reading continues with the next sound record, and [`Scan::damages`] lists what was lost. With the
-//! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
+//! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read. Damage is no error: all that reads
+//! fails where the system does.
 
-mod budget;
 mod file;
 mod index;
 mod parse;
 mod scan;
 
-pub(crate) use budget::Budget;
 use file::unreadable;
 pub use file::{is_part, open_file, without_part};
 pub use index::Index;
@@ -82,6 +81,39 @@ impl Limits {
     /// Memory of messages of one file that wait for their counterparts in another \[bytes\].
     pub fn waiting(self) -> usize {
         self.share(16).max(LEAST_WAITING)
+    }
+}
+
+/// Memory of an entry of a map of texts, besides its bytes: its place in a tree, a key and a value of their own \[bytes\].
+pub(crate) const ENTRY: usize = 160;
+
+/// Memory that is left for something and spent before it is allocated \[bytes\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Budget {
+    left: usize,
+}
+
+impl Budget {
+    pub(crate) fn new(bytes: usize) -> Self {
+        Self { left: bytes }
+    }
+
+    /// Spends so many bytes; `false`, and none are spent, if there are not so many.
+    #[must_use]
+    pub(crate) fn spend(&mut self, bytes: usize) -> bool {
+        let left = self.left.checked_sub(bytes);
+        self.left = left.unwrap_or(self.left);
+        left.is_some()
+    }
+
+    /// Gets bytes back that were spent.
+    pub(crate) fn give_back(&mut self, bytes: usize) {
+        self.left += bytes;
+    }
+
+    /// What is left \[bytes\].
+    pub(crate) fn left(&self) -> usize {
+        self.left
     }
 }
 

@@ -12,7 +12,7 @@ use percuss_serve::Channel;
 
 use crate::{
     failure::Failure,
-    recording::{Budget, Damage, Limits, Scan, Source},
+    recording::{Budget, Damage, ENTRY, Limits, Scan, Source},
 };
 
 /// Chunks that are searched for the last messages before a time.
@@ -32,7 +32,6 @@ pub struct Event {
 }
 
 impl Event {
-    /// Memory that it takes \[bytes\].
     fn weight(&self) -> usize {
         size_of::<Self>() + 16 + self.data.len()
     }
@@ -53,7 +52,6 @@ pub struct Timeline {
     /// By their first log time.
     chunks: Vec<Chunk>,
     path: PathBuf,
-    /// Number of the next chunk to decompress.
     next_chunk: usize,
     waiting: BinaryHeap<Reverse<Event>>,
     waiting_bytes: usize,
@@ -160,10 +158,6 @@ impl Timeline {
     }
 
     /// The last message of every channel before a log time \[ns\], as far as they are in the chunks just before it.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read.
     pub fn latest_before(&mut self, time: u64) -> Result<Vec<Event>, Failure> {
         let mut chunks: Vec<Chunk> = self.chunks.iter().copied().filter(|chunk| chunk.first < time).collect();
         chunks.sort_by_key(|chunk| Reverse(chunk.last));
@@ -236,7 +230,7 @@ fn definitions(directory: &[Record<'static>], limits: Limits) -> Option<BTreeMap
         }
         let of_schema =
             schema.map_or(0, |(header, data)| header.name.len() + header.encoding.len() + data.len());
-        let of_entries = channel.metadata.iter().map(|(key, value)| 160 + key.len() + value.len());
+        let of_entries = channel.metadata.iter().map(|(key, value)| ENTRY + key.len() + value.len());
         if !budget.spend(512 + channel.topic.len() + of_schema + of_entries.sum::<usize>()) {
             return None;
         }

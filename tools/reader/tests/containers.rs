@@ -20,42 +20,28 @@ use crate::{
     watchdog::types::lab,
 };
 
-/// Features of a file.
-#[derive(Clone, Copy, Debug, Default)]
-struct Features {
-    chunks: bool,
-    message_index: bool,
-    statistics: bool,
-    repeated_schemas: bool,
-    repeated_channels: bool,
-    attachment_index: bool,
-    metadata_index: bool,
-    chunk_index: bool,
-    summary_offsets: bool,
-    padding: bool,
-}
+/// Features of a file: those whose bits are set.
+#[derive(Clone, Copy, Debug)]
+struct Features(u32);
+
+const CHUNKS: u32 = 1;
+const MESSAGE_INDEX: u32 = 1 << 1;
+const STATISTICS: u32 = 1 << 2;
+const REPEATED_SCHEMAS: u32 = 1 << 3;
+const REPEATED_CHANNELS: u32 = 1 << 4;
+const ATTACHMENT_INDEX: u32 = 1 << 5;
+const METADATA_INDEX: u32 = 1 << 6;
+const CHUNK_INDEX: u32 = 1 << 7;
+const SUMMARY_OFFSETS: u32 = 1 << 8;
+const PADDING: u32 = 1 << 9;
+const ALL: Features = Features((1 << 10) - 1);
 
 impl Features {
-    const COUNT: u32 = 10;
-
-    fn of(bits: u32) -> Self {
-        let bit = |i: u32| bits >> i & 1 == 1;
-        Self {
-            chunks: bit(0),
-            message_index: bit(1),
-            statistics: bit(2),
-            repeated_schemas: bit(3),
-            repeated_channels: bit(4),
-            attachment_index: bit(5),
-            metadata_index: bit(6),
-            chunk_index: bit(7),
-            summary_offsets: bit(8),
-            padding: bit(9),
-        }
+    fn has(self, feature: u32) -> bool {
+        self.0 & feature != 0
     }
 }
 
-/// What a file holds.
 #[derive(Clone, Copy, Debug)]
 struct Content {
     schema: bool,
@@ -86,9 +72,8 @@ fn put(bytes: &mut Vec<u8>, mut record: Vec<u8>, padding: bool) -> (u64, u64) {
     (offset, record.len() as u64)
 }
 
-/// A file with a content and features.
 fn build(content: Content, features: Features) -> Vec<u8> {
-    let put = |bytes: &mut Vec<u8>, record| put(bytes, record, features.padding);
+    let put = |bytes: &mut Vec<u8>, record| put(bytes, record, features.has(PADDING));
     let mut file = mcap::MAGIC.to_vec();
     put(&mut file, record(0x01, &[text(b""), text(b"tests")].concat()));
     let has_messages = content.messages > 0;
@@ -107,13 +92,13 @@ fn build(content: Content, features: Features) -> Vec<u8> {
     let entries: Vec<u8> = (0..content.messages).flat_map(entry).collect();
     let times = (0, u64::from(content.messages.saturating_sub(1)));
     let mut chunk_index = None;
-    if has_messages && features.chunks {
+    if has_messages && features.has(CHUNKS) {
         let size = data.len() as u64;
         let (offset, length) = put(&mut file, chunk_at(times, size, b"", &data));
         let (compressed, uncompressed) = (size, size);
         let mut entry =
             ChunkEntry { times, offset, length, compressed, uncompressed, ..ChunkEntry::default() };
-        if features.message_index {
+        if features.has(MESSAGE_INDEX) {
             entry.channels = vec![(1, file.len() as u64)];
             let index = record(0x07, &[&1u16.to_le_bytes()[..], &text(&entries)].concat());
             (_, entry.index_length) = put(&mut file, index);
@@ -138,28 +123,28 @@ fn build(content: Content, features: Features) -> Vec<u8> {
         channels: channel.is_some().into(),
         attachments: content.attachment.into(),
         metadata: content.metadata.into(),
-        chunks: (has_messages && features.chunks).into(),
+        chunks: (has_messages && features.has(CHUNKS)).into(),
         times,
         of_channels: channel.iter().map(|_| (1, content.messages.into())).collect(),
     });
-    let is_described = !content.schema || features.repeated_schemas;
+    let is_described = !content.schema || features.has(REPEATED_SCHEMAS);
     let summary = [
-        schema.filter(|_| features.repeated_schemas),
+        schema.filter(|_| features.has(REPEATED_SCHEMAS)),
         // a channel is of no use without its schema
-        channel.filter(|_| features.repeated_channels && is_described),
-        features.statistics.then_some(statistics),
-        attachment.filter(|_| features.attachment_index),
-        metadata.filter(|_| features.metadata_index),
-        chunk_index.filter(|_| features.chunk_index),
+        channel.filter(|_| features.has(REPEATED_CHANNELS) && is_described),
+        features.has(STATISTICS).then_some(statistics),
+        attachment.filter(|_| features.has(ATTACHMENT_INDEX)),
+        metadata.filter(|_| features.has(METADATA_INDEX)),
+        chunk_index.filter(|_| features.has(CHUNK_INDEX)),
     ];
     let groups = summary.into_iter().flatten().map(|record| (record[0], put(&mut file, record)));
     let groups: Vec<(u8, (u64, u64))> = groups.collect();
     let offsets_start = file.len() as u64;
-    for (opcode, (start, length)) in groups.iter().filter(|_| features.summary_offsets) {
+    for (opcode, (start, length)) in groups.iter().filter(|_| features.has(SUMMARY_OFFSETS)) {
         let body = [&[*opcode][..], &start.to_le_bytes(), &length.to_le_bytes()].concat();
         put(&mut file, record(0x0e, &body));
     }
-    let has_offsets = features.summary_offsets && !groups.is_empty();
+    let has_offsets = features.has(SUMMARY_OFFSETS) && !groups.is_empty();
     let starts =
         [if groups.is_empty() { 0 } else { summary_start }, if has_offsets { offsets_start } else { 0 }];
     put(&mut file, record(0x02, &[starts.map(u64::to_le_bytes).concat(), vec![0; 4]].concat()));
@@ -193,15 +178,13 @@ fn check(desk: &Desk, content: Content, what: &str) {
 
 #[test]
 fn all_combinations_of_features() {
-    let all = CONTENTS
-        .into_iter()
-        .flat_map(|content| (0..1 << Features::COUNT).map(move |bits| (content, Features::of(bits))));
+    let all = CONTENTS.into_iter().flat_map(|content| (0..=ALL.0).map(move |bits| (content, Features(bits))));
     // features that a content has no use for make no other files
     let is_needed = |(content, features): &(Content, Features)| {
-        !(content.messages == 0 && features.chunks
-            || !features.chunks && (features.message_index || features.chunk_index)
-            || !content.attachment && features.attachment_index
-            || !content.metadata && features.metadata_index)
+        !(content.messages == 0 && features.has(CHUNKS)
+            || !features.has(CHUNKS) && (features.has(MESSAGE_INDEX) || features.has(CHUNK_INDEX))
+            || !content.attachment && features.has(ATTACHMENT_INDEX)
+            || !content.metadata && features.has(METADATA_INDEX))
     };
     let files: Vec<(Content, Features)> = all.filter(is_needed).collect();
     assert!(files.len() > 600, "{}", files.len());

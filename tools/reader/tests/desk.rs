@@ -8,20 +8,31 @@ use std::{
 
 use tempfile::TempDir;
 
-pub struct Desk(TempDir);
+use crate::watchdog::watch;
+
+pub struct Desk {
+    folder: TempDir,
+    /// True if the reader has little memory.
+    is_limited: bool,
+}
 
 impl Desk {
     /// A folder with some files in it.
     pub fn new(files: &[(&str, Vec<u8>)]) -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
+        let desk = Self { folder: tempfile::tempdir().expect("a folder"), is_limited: false };
         for (name, bytes) in files {
             desk.put(name, bytes);
         }
         desk
     }
 
+    /// One with the file `a.mcap`, where the reader has as much memory as under watch.
+    pub fn limited(bytes: Vec<u8>) -> Self {
+        Self { is_limited: true, ..Self::new(&[("a.mcap", bytes)]) }
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.folder.path().join(name)
     }
 
     /// Writes a file.
@@ -35,8 +46,13 @@ impl Desk {
     }
 
     pub fn command(&self, arguments: &[&str]) -> Command {
+        if self.is_limited {
+            let mut command = watch::command(self.folder.path(), watch::MEMORY, watch::ADDRESSES, arguments);
+            command.stdout(Stdio::piped());
+            return command;
+        }
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
-        command.current_dir(self.0.path()).args(arguments).stdin(Stdio::null());
+        command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
         command
     }
 
@@ -51,6 +67,12 @@ impl Desk {
         let (stdout, stderr) = (stdout.expect("text"), stderr.expect("text"));
         assert_eq!(exit.code(), Some(status), "{arguments:?}: {stderr}");
         (stdout, stderr)
+    }
+
+    /// Both of a run with words as arguments, one behind the other.
+    pub fn all(&self, status: i32, words: &str) -> String {
+        let (stdout, stderr) = self.both(status, &words.split(' ').collect::<Vec<_>>());
+        stdout + &stderr
     }
 
     /// Standard output of a run that ends with a status.

@@ -107,7 +107,6 @@ pub fn type_of(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto 
     DescriptorProto { name: Some(name.into()), field, ..Default::default() }
 }
 
-/// A file of types.
 pub fn file_of(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
     let (name, syntax) = (Some(name.into()), Some("proto3".into()));
     FileDescriptorProto { name, syntax, message_type, ..Default::default() }
@@ -139,7 +138,6 @@ pub fn types(package: &str, messages: &str, (name, values): (&str, [&str; 2])) -
     }
 }
 
-/// Messages of the tests.
 pub fn file() -> FileDescriptorProto {
     let messages = "Scalar step:uint64 time:double force:double load:float count:sint64 flag:bool\n\
         Profile step:uint64 time:double r0:double dr:double p:[double]\n\
@@ -156,7 +154,6 @@ pub fn message(pool: &DescriptorPool, name: &str, content: &Json) -> DynamicMess
     DynamicMessage::deserialize(descriptor, content).expect("a message")
 }
 
-/// A channel with its messages.
 #[derive(Clone)]
 pub struct Channel {
     pub topic: String,
@@ -177,7 +174,6 @@ impl Channel {
     }
 }
 
-/// A recording before it is written.
 #[derive(Clone)]
 pub struct Forged {
     pub file: FileDescriptorProto,
@@ -204,7 +200,6 @@ pub fn pool(file: &FileDescriptorProto) -> DescriptorPool {
 /// Nanoseconds between steps of the recordings.
 pub const STEP_NS: u64 = 10_000_000;
 
-/// Time of a step in the recordings.
 pub fn time(step: u64) -> f64 {
     step as f64 * 0.01
 }
@@ -273,12 +268,10 @@ pub fn by_log_time(topic: &str, messages: impl IntoIterator<Item = (u64, f64)>) 
 }
 
 impl Forged {
-    /// Nothing, with types.
     pub fn new(file: FileDescriptorProto) -> Self {
         Self { file, channels: Vec::new(), attachments: Vec::new(), metadata: Vec::new() }
     }
 
-    /// The recording as a file.
     pub fn write(&self, options: WriteOptions) -> Vec<u8> {
         let mut writer: Writer<Cursor<Vec<u8>>> =
             options.library("another program").create(Cursor::new(Vec::new())).expect("a writer");
@@ -348,7 +341,6 @@ pub const SCALES: [(&str, &str, &str, f64); 6] = [
     ("πR³γc_p²", "J", "scale.energy_j", 1.9e6),
 ];
 
-/// Records a built-in case with some settings.
 pub fn record(name: &str, settings: &[&str], path: &Path) {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     let text = builtin::find(name).expect("a built-in case");
@@ -443,7 +435,6 @@ pub fn in_si(bytes: &[u8], recorded: impl Fn(&str, f64) -> Option<f64>) -> Vec<u
     writer.into_inner().into_inner()
 }
 
-/// Entries of a metadata record.
 pub fn entries(bytes: &[u8], name: &str) -> BTreeMap<String, String> {
     let summary = Summary::read(bytes).expect("a sound file").expect("a summary");
     let index = summary.metadata_indexes.iter().find(|index| index.name == name).expect("the record");

@@ -32,7 +32,6 @@ const LIMITS: Limits = Limits { memory: 64 << 20 };
 /// Flipped bits unless the environment says otherwise.
 const FLIPS: usize = 5000;
 
-/// A way to damage a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Damage {
     Flipped,
@@ -75,7 +74,6 @@ impl Damage {
     }
 }
 
-/// Recordings by name.
 fn seeds() -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds/recording");
     let mut paths: Vec<PathBuf> =

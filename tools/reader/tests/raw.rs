@@ -1,44 +1,11 @@
-//! Files put together record by record, as no writer would, the reader run on them with little memory, and recordings of other
-//! programs: protobuf and JSON, on a wall clock.
+//! Files put together record by record, as no writer would, and recordings of other programs: protobuf and JSON, on a wall clock.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    io::Cursor,
-    path::{Path, PathBuf},
-    process::Stdio,
-};
+use std::{collections::BTreeMap, io::Cursor};
 
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
 use prost_reflect::{DescriptorPool, DynamicMessage, prost::Message};
-use tempfile::TempDir;
 
-use crate::{forge, watchdog::watch};
-
-/// A folder with one file in it.
-pub fn folder(bytes: &[u8]) -> (TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.mcap");
-    fs::write(&path, bytes).expect("a file");
-    (folder, path)
-}
-
-/// Runs the reader with little memory; answers its exit status and what it says. A process that aborts, or does not come
-/// to an end, has no status.
-pub fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let (status, _, stderr) = run_all(folder, arguments);
-    (status, stderr)
-}
-
-/// The same with what it prints.
-pub fn run_all(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = watch::command(folder, watch::MEMORY, watch::ADDRESSES, arguments);
-    let output = command.stdout(Stdio::piped()).output().expect("a shell");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    // that of a shell whose child was killed
-    let status = output.status.code().filter(|status| *status < 128);
-    (status, text(&output.stdout), text(&output.stderr))
-}
+use crate::forge;
 
 /// A record with a forged length, or not.
 pub fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
@@ -143,13 +110,11 @@ pub fn attachment(name: &str, content: &[u8]) -> Vec<u8> {
     attachment_of(name.as_bytes(), content.len() as u64, content)
 }
 
-/// An entry of the summary for an attachment.
 pub fn attachment_index(offset: u64, length: u64, size: u64, name: &str) -> Vec<u8> {
     let numbers = [offset, length, 0, 0, size].map(u64::to_le_bytes).concat();
     record(0x0a, &[numbers, text(name.as_bytes()), text(b"text/plain")].concat())
 }
 
-/// An entry of the summary for a metadata record.
 pub fn metadata_index(offset: u64, length: u64, name: &str) -> Vec<u8> {
     record(0x0d, &[[offset, length].map(u64::to_le_bytes).concat(), text(name.as_bytes())].concat())
 }
@@ -180,7 +145,6 @@ pub fn statistics(counts: &Counts) -> Vec<u8> {
     record(0x0b, &body.concat())
 }
 
-/// An entry of the summary for a chunk.
 #[derive(Clone, Debug, Default)]
 pub struct ChunkEntry {
     pub times: (u64, u64),
@@ -302,7 +266,6 @@ pub fn types(messages: &str) -> DescriptorPool {
 /// Name, encoding and content of a schema.
 pub type Schema = (String, &'static str, Vec<u8>);
 
-/// A channel of another program.
 pub struct Foreign {
     pub topic: String,
     /// The type of its messages: `json`, the name of a schema, or a type of the package `guest`.

@@ -33,7 +33,6 @@ use crate::{forge, is_full};
 /// A hostile file: what it is, and what makes it.
 type Case = (&'static str, fn() -> Vec<u8>);
 
-/// Least number of hostile files.
 const LEAST: usize = 60;
 
 /// Every verb in the form that reads most. `a.mcap` is the hostile file, `b.mcap` a sound one.
@@ -92,12 +91,10 @@ const FORMS: [&str; 29] = [
 /// Without `PERCUSS_FULL` each form meets one file in so many: it must have no divisor in common with the number of forms.
 const SHARE: usize = 8;
 
-/// All hostile files.
 fn cases() -> Vec<Case> {
     [records::CASES, types::CASES, values::CASES].concat()
 }
 
-/// The hostile file of a name.
 pub fn make(name: &str) -> Vec<u8> {
     let (_, make) = cases().into_iter().find(|case| case.0 == name).expect("a hostile file of this name");
     make()
@@ -183,7 +180,6 @@ fn on_threads(threads: usize, take: impl Fn(usize, &str, &Path) + Sync) {
     });
 }
 
-/// Prints what has taken most memory.
 fn print_largest(mut all: Vec<(u64, Duration, String)>) {
     /// Lines that are printed.
     const SHOWN: usize = 20;

@@ -20,8 +20,7 @@ use crate::{
 const HANDSHAKES: usize = 64;
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// A connection and its thread.
-struct Connection {
+pub struct Connection {
     stream: TcpStream,
     thread: JoinHandle<()>,
     phases: Arc<Phases>,
@@ -44,22 +43,16 @@ impl Connection {
         !self.phases.is_open.load(Ordering::Relaxed)
     }
 
-    /// Ends it at once.
     fn end(&self) {
         self.phases.is_over.store(true, Ordering::Relaxed);
         drop(self.stream.shutdown(Shutdown::Both));
     }
 }
 
-/// Connections of the server that is ending.
-pub struct Rest(Vec<Connection>);
-
-impl Rest {
-    /// Closes all of them at once.
-    pub fn close(self) {
-        self.0.iter().for_each(Connection::end);
-        self.0.into_iter().for_each(|connection| drop(connection.thread.join()));
-    }
+/// Closes connections, all of them at once.
+pub fn close(connections: Vec<Connection>) {
+    connections.iter().for_each(Connection::end);
+    connections.into_iter().for_each(|connection| drop(connection.thread.join()));
 }
 
 /// A thread that accepts connections until the end.
@@ -78,13 +71,13 @@ impl Acceptor {
     }
 
     /// Accepts no more, closes what is in the handshake, and returns the open connections.
-    pub fn end(&mut self) -> Rest {
+    pub fn end(&mut self) -> Vec<Connection> {
         self.is_closed.store(true, Ordering::Relaxed);
         let connections = self.thread.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
         let (waiting, open): (Vec<_>, Vec<_>) =
             connections.into_iter().partition(Connection::is_in_handshake);
-        Rest(waiting).close();
-        Rest(open)
+        close(waiting);
+        open
     }
 }
 
@@ -103,7 +96,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>, is_closed: &AtomicBool) 
         if waiting.count() + 1 >= HANDSHAKES
             && let Some(oldest) = oldest
         {
-            Rest(vec![connections.remove(oldest)]).close();
+            close(vec![connections.remove(oldest)]);
         }
         // without room for a thread the connection is dropped
         connections.extend(Connection::start(stream, shared));

@@ -38,9 +38,7 @@ const PAUSE: Duration = Duration::from_millis(10);
 
 /// What connections have in common.
 pub struct Shared {
-    /// Who may connect.
     pub admission: Admission,
-    /// The viewers.
     pub viewers: Arc<Viewers>,
     /// First message to a viewer, without and with playback control.
     pub info: [Message; 2],
@@ -52,7 +50,6 @@ pub struct Shared {
 struct Seat {
     viewers: Arc<Viewers>,
     id: u64,
-    /// The viewer knows playback control.
     has_playback: bool,
 }
 
@@ -172,9 +169,9 @@ fn refusal(status: StatusCode, text: &str) -> ErrorResponse {
 
 fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, (id, has_playback): (u64, bool)) {
     let outcome = match message {
-        Ok(ClientMessage::Subscribe(wanted)) => viewers.subscribe(id, wanted),
-        Ok(ClientMessage::Unsubscribe(ids)) => {
-            viewers.unsubscribe(id, &ids);
+        Ok(ClientMessage::Subscribe { subscriptions }) => viewers.subscribe(id, subscriptions),
+        Ok(ClientMessage::Unsubscribe { subscription_ids }) => {
+            viewers.unsubscribe(id, &subscription_ids);
             Ok(())
         }
         Ok(ClientMessage::Playback { .. }) if !has_playback => {

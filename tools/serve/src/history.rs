@@ -34,7 +34,6 @@ struct Limits {
     series: usize,
 }
 
-/// An entry of the list.
 #[derive(Debug)]
 enum Entry {
     Message {
@@ -67,7 +66,6 @@ impl Entry {
 #[derive(Debug, Default)]
 struct Kept {
     is_picture: bool,
-    /// Number of the newest message.
     newest: Option<u64>,
     /// Numbers of kept messages.
     numbers: Vec<u64>,
@@ -84,7 +82,6 @@ struct Kept {
 pub struct History {
     limits: Limits,
     entries: BTreeMap<u64, Entry>,
-    /// Number of the next entry.
     next: u64,
     /// Number of the first entry for new viewers.
     start: u64,
@@ -115,7 +112,6 @@ impl History {
         }
     }
 
-    /// Adds a message.
     pub fn message(&mut self, channel: usize, log_time: u64, bytes: &[u8]) {
         let number = self.next;
         let kept = &mut self.channels[channel];
@@ -149,7 +145,6 @@ impl History {
         self.push(Entry::Playback { playback, did_seek, answers });
     }
 
-    /// The last state of the player.
     pub fn player(&self) -> Option<Playback> {
         self.player
     }
@@ -228,7 +223,6 @@ impl History {
         true
     }
 
-    /// Drops the kept messages of a channel.
     fn drop_kept(&mut self, channel: usize) {
         let kept = &mut self.channels[channel];
         for number in kept.numbers.drain(..) {
@@ -275,36 +269,6 @@ mod tests {
                 history.message(1, step, &PICTURE);
             }
         }
-    }
-
-    #[test]
-    fn new_viewers_get_complete_series_and_the_last_picture() {
-        let mut history = History::new(2);
-        run(&mut history, 0..301);
-        let mut cursor = history.cursor(0);
-        assert_eq!(history.subscribe(&mut cursor, [(0, 7), (1, 8)]), None);
-        let (messages, times) = read(&history, &mut cursor);
-        assert_eq!(messages[&7], (0..301).collect::<Vec<u64>>());
-        assert_eq!(messages[&8], [300]);
-        assert!(times.is_sorted());
-        // from there on it gets everything
-        run(&mut history, 301..321);
-        let (messages, _) = read(&history, &mut cursor);
-        assert_eq!((messages[&7].len(), &messages[&8]), (20, &vec![310, 320]));
-    }
-
-    #[test]
-    fn a_later_subscription_repeats_the_past_of_all() {
-        let mut history = History::new(3);
-        run(&mut history, 0..50);
-        history.message(2, 3, b"an event, written late");
-        let mut cursor = history.cursor(0);
-        history.subscribe(&mut cursor, [(0, 7)]);
-        assert_eq!(read(&history, &mut cursor).0[&7].len(), 50);
-        assert_eq!(history.subscribe(&mut cursor, [(1, 8)]), Some(0));
-        let (messages, times) = read(&history, &mut cursor);
-        assert_eq!((messages[&7].len(), messages[&8].len()), (50, 1));
-        assert_eq!(times.first(), Some(&0), "time goes back: the viewer drops what it has");
     }
 
     #[test]

@@ -279,6 +279,6 @@ impl Drop for Server {
             thread::sleep(PAUSE);
         }
         // slow or silent connections are closed
-        connections.close();
+        acceptor::close(connections);
     }
 }

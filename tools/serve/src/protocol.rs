@@ -15,7 +15,6 @@ use crate::{Channel, Playback, Playing};
 /// Versions of the protocol. Their frames are the same, except that viewers of the older one do not know playback control, neither
 /// its requests nor the states of a player.
 pub const SUBPROTOCOLS: [&str; 2] = [PLAYBACK_SUBPROTOCOL, "foxglove.websocket.v1"];
-/// The version with playback control.
 pub const PLAYBACK_SUBPROTOCOL: &str = "foxglove.sdk.v1";
 
 const MESSAGE: u8 = 1;
@@ -33,20 +32,16 @@ const ERROR: u8 = 2;
 /// A frame with data.
 #[derive(Clone, Debug)]
 pub enum Frame {
-    /// A message.
     Message {
         /// Subscription it goes to.
         subscription: u32,
         /// Log time \[ns\].
         log_time: u64,
-        /// The message itself.
         content: Arc<[u8]>,
     },
     /// The time of the following messages \[ns\].
     Time(u64),
-    /// State of the player.
     Playback {
-        /// The state.
         playback: Playback,
         /// True after a jump.
         did_seek: bool,
@@ -56,7 +51,6 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// The frame as bytes of the protocol.
     pub fn encode(&self) -> Message {
         let mut data;
         match self {
@@ -145,45 +139,36 @@ pub fn error(message: &str) -> Message {
 }
 
 /// A request of a viewer.
-#[derive(Debug, PartialEq)]
-pub enum ClientMessage {
-    /// Messages of channels: pairs of a number of a channel and an id for it.
-    Subscribe(Vec<(usize, u32)>),
-    /// No more messages for these ids.
-    Unsubscribe(BTreeSet<u32>),
-    /// Playback control.
-    Playback {
-        /// Play, or pause.
-        play: bool,
-        /// Speed, if it is a positive number.
-        speed: Option<f64>,
-        /// Time to go to \[ns\].
-        seek: Option<u64>,
-        /// Name of the request.
-        request: String,
-    },
-    /// A request that this server does not support.
-    Other,
-}
-
-#[derive(Deserialize)]
+#[derive(Debug, PartialEq, Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
-enum Operation {
+pub enum ClientMessage {
     Subscribe {
         subscriptions: Vec<Subscription>,
     },
     Unsubscribe {
         subscription_ids: BTreeSet<u32>,
     },
+    /// Playback control, in binary.
+    #[serde(skip)]
+    Playback {
+        play: bool,
+        /// Speed, if it is a positive number.
+        speed: Option<f64>,
+        /// Time to go to \[ns\].
+        seek: Option<u64>,
+        request: String,
+    },
+    /// A request that this server does not support.
     #[serde(other)]
     Other,
 }
 
-#[derive(Deserialize)]
+/// A channel, by the id that it was advertised with, and the id of its messages.
+#[derive(Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Subscription {
-    id: u32,
-    channel_id: usize,
+pub struct Subscription {
+    pub id: u32,
+    pub channel_id: usize,
 }
 
 /// Parses a text request.
@@ -192,17 +177,7 @@ struct Subscription {
 ///
 /// It is not a request of the protocol.
 pub fn text(text: &str) -> Result<ClientMessage, String> {
-    Ok(match serde_json::from_str(text).map_err(|error| format!("not a request: {error}"))? {
-        Operation::Subscribe { subscriptions } => {
-            let number = |wanted: Subscription| match wanted.channel_id.checked_sub(1) {
-                Some(number) => Ok((number, wanted.id)),
-                None => Err("there is no channel 0".to_owned()),
-            };
-            ClientMessage::Subscribe(subscriptions.into_iter().map(number).collect::<Result<_, _>>()?)
-        }
-        Operation::Unsubscribe { subscription_ids } => ClientMessage::Unsubscribe(subscription_ids),
-        Operation::Other => ClientMessage::Other,
-    })
+    serde_json::from_str(text).map_err(|error| format!("not a request: {error}"))
 }
 
 /// Parses a binary request.
@@ -265,18 +240,15 @@ mod tests {
     fn requests_are_parsed() {
         let subscribe =
             r#"{"op":"subscribe","subscriptions":[{"id":3,"channelId":1},{"id":4,"channelId":9}]}"#;
-        assert_eq!(text(subscribe), Ok(ClientMessage::Subscribe(vec![(0, 3), (8, 4)])));
+        let subscriptions = [(3, 1), (4, 9)].map(|(id, channel_id)| Subscription { id, channel_id }).into();
+        assert_eq!(text(subscribe), Ok(ClientMessage::Subscribe { subscriptions }));
+        let subscription_ids = BTreeSet::from([3]);
         assert_eq!(
             text(r#"{"op":"unsubscribe","subscriptionIds":[3]}"#),
-            Ok(ClientMessage::Unsubscribe(BTreeSet::from([3])))
+            Ok(ClientMessage::Unsubscribe { subscription_ids })
         );
         assert_eq!(text(r#"{"op":"getParameters","parameterNames":[]}"#), Ok(ClientMessage::Other));
-        for bad in [
-            "",
-            "{}",
-            r#"{"op":"subscribe"}"#,
-            r#"{"op":"subscribe","subscriptions":[{"id":1,"channelId":0}]}"#,
-        ] {
+        for bad in ["", "{}", r#"{"op":"subscribe"}"#] {
             assert!(text(bad).is_err(), "{bad}");
         }
     }

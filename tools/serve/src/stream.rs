@@ -70,20 +70,17 @@ enum Phase {
 }
 
 impl ReadHalf {
-    /// A connection that begins with its handshake.
     pub fn new(stream: TcpStream, phases: &Arc<Phases>) -> Self {
         let phase = Phase::Handshake { end: Instant::now() + HANDSHAKE_TIME, bytes: HANDSHAKE_BYTES };
         Self { stream, phases: Arc::clone(phases), phase }
     }
 
-    /// The handshake is over.
     pub fn open(&mut self) -> io::Result<()> {
         self.phase = Phase::Open(Allowance::new(BYTES));
         self.phases.is_open.store(true, Ordering::Relaxed);
         self.stream.set_read_timeout(None)
     }
 
-    /// The connection.
     pub fn stream(&self) -> &TcpStream {
         &self.stream
     }

@@ -14,7 +14,7 @@ use tungstenite::Message;
 use crate::{
     Playback, QUIET, Request,
     history::{Cursor, History},
-    protocol::Frame,
+    protocol::{Frame, Subscription},
 };
 
 /// Subscriptions of a viewer that come closer together than this are answered as one.
@@ -24,7 +24,6 @@ const ANSWERS: usize = 64;
 /// Largest number of viewers.
 pub const VIEWERS: usize = 16;
 
-/// All viewers.
 pub struct Viewers {
     state: Mutex<State>,
     /// Signals an entry or a request.
@@ -38,9 +37,7 @@ struct State {
     viewers: HashMap<u64, Viewer>,
     /// Places taken: by viewers, and by connections that are about to close.
     places: usize,
-    /// Id of the next viewer.
     next: u64,
-    /// Time of the last subscription.
     subscribed: Option<Instant>,
     is_ending: bool,
 }
@@ -55,7 +52,6 @@ struct Viewer {
 
 /// The next output to a viewer.
 pub enum Next {
-    /// Answers to its requests.
     Answers(VecDeque<Message>),
     /// Frames, in the list of the caller.
     Frames,
@@ -104,7 +100,6 @@ impl Viewers {
         Some(id)
     }
 
-    /// Removes a viewer.
     pub fn leave(&self, id: u64) {
         lock(&self.state).viewers.remove(&id);
         self.changed.notify_all();
@@ -115,12 +110,12 @@ impl Viewers {
         lock(&self.state).places -= 1;
     }
 
-    /// Subscribes a viewer: pairs of the number of a channel and an id for it.
+    /// Subscribes a viewer to channels.
     ///
     /// # Errors
     ///
     /// The last of them that is impossible; the others count.
-    pub fn subscribe(&self, id: u64, wanted: Vec<(usize, u32)>) -> Result<(), String> {
+    pub fn subscribe(&self, id: u64, wanted: Vec<Subscription>) -> Result<(), String> {
         let mut state = lock(&self.state);
         let channels = state.channels;
         state.subscribed = Some(Instant::now());
@@ -128,26 +123,26 @@ impl Viewers {
         let mut outcome = Ok(());
         let known = viewer.cursor.subscriptions().chain(viewer.wanted.iter().copied());
         let (mut used, mut names): (BTreeSet<usize>, BTreeSet<u32>) = known.unzip();
-        for (channel, subscription) in wanted {
-            if channel >= channels {
-                outcome = Err(format!("there is no channel {}", channel + 1));
-            } else if used.contains(&channel) || names.contains(&subscription) {
+        for Subscription { id: name, channel_id } in wanted {
+            let Some(channel) = channel_id.checked_sub(1).filter(|channel| *channel < channels) else {
+                outcome = Err(format!("there is no channel {channel_id}"));
+                continue;
+            };
+            if used.contains(&channel) || names.contains(&name) {
                 outcome = Err(format!(
-                    "subscription {subscription} to channel {}: one of the two is in use already",
-                    channel + 1
+                    "subscription {name} to channel {channel_id}: one of the two is in use already"
                 ));
-            } else {
-                used.insert(channel);
-                names.insert(subscription);
-                viewer.wanted.push((channel, subscription));
-                viewer.wanted_at = Instant::now();
+                continue;
             }
+            used.insert(channel);
+            names.insert(name);
+            viewer.wanted.push((channel, name));
+            viewer.wanted_at = Instant::now();
         }
         self.changed.notify_all();
         outcome
     }
 
-    /// Ends subscriptions of a viewer.
     pub fn unsubscribe(&self, id: u64, subscriptions: &BTreeSet<u32>) {
         if let Some(viewer) = lock(&self.state).viewers.get_mut(&id) {
             viewer.wanted.retain(|(_, name)| !subscriptions.contains(name));

@@ -1,7 +1,6 @@
 //! What listens on a port serves only whom it should, and survives everything that is sent to it.
 
 use std::{
-    collections::BTreeMap,
     fs,
     io::{ErrorKind, Read, Write},
     net::{Shutdown, TcpStream},
@@ -10,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Access, Address, Channel, Playback, Playing, Server, VIEWERS};
+use percuss_serve::{Access, Playback, Playing, Server, VIEWERS};
 use tungstenite::{ClientRequestBuilder, Message, WebSocket, client};
 
 use crate::viewer::Viewer;
@@ -18,19 +17,13 @@ use crate::viewer::Viewer;
 const LONG: Duration = Duration::from_secs(10);
 const KEY: &str = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
 
-fn open(access: Access, range: Option<(u64, u64)>) -> Server {
-    let channel = |topic: &str| Channel {
-        topic: topic.into(),
-        encoding: "json".into(),
-        schema: None,
-        metadata: BTreeMap::new(),
-    };
-    let address = Address { port: 0, ..Address::default() };
-    Server::open(&address, "a test", &["/drag", "/picture"].map(channel), range, access).expect("a free port")
+fn server() -> Server {
+    crate::open(&["/drag", "/picture"], None, Access::default())
 }
 
-fn server() -> Server {
-    open(Access::default(), None)
+/// One with playback control.
+fn player() -> Server {
+    crate::open(&["/drag", "/picture"], Some((0, 1_000)), Access::default())
 }
 
 fn address(server: &Server) -> String {
@@ -100,25 +93,26 @@ fn next(socket: &mut WebSocket<TcpStream>, first: u8) -> Vec<u8> {
     }
 }
 
-/// A request of playback control.
-fn control(command: u8, speed: f32, seek: Option<u64>) -> Message {
+/// A request of playback control with a name.
+fn control(command: u8, speed: f32, seek: Option<u64>, name: &[u8]) -> Vec<u8> {
     let mut data = vec![3, command];
     data.extend(speed.to_le_bytes());
     data.push(u8::from(seek.is_some()));
     data.extend(seek.unwrap_or_default().to_le_bytes());
-    data.extend([1, 0, 0, 0, b'r']);
-    Message::binary(data)
+    data.extend((name.len() as u32).to_le_bytes());
+    data.extend(name);
+    data
 }
 
 #[test]
 fn playback_control_is_for_viewers_whose_protocol_has_it() {
     let _running = TESTS.read().unwrap_or_else(PoisonError::into_inner);
-    let server = open(Access::default(), Some((0, 1_000)));
+    let server = player();
     let state = |time| Playback { state: Playing::Paused, time, speed: 2.5 };
     let mut socket = socket(&server);
     let info = String::from_utf8(next(&mut socket, b'{')).expect("text");
     assert!(info.contains("playbackControl") && info.contains("dataEndTime"), "{info}");
-    socket.send(control(1, 2.5, Some(300))).expect("it listens");
+    socket.send(Message::binary(control(1, 2.5, Some(300), b"r"))).expect("it listens");
     let request = server.request(LONG).expect("a request");
     assert_eq!((request.play, request.speed, request.seek), (false, Some(2.5), Some(300)));
     // as Lichtblick: it offers both, the older one first; this viewer panics at what it does not know
@@ -142,7 +136,7 @@ fn playback_control_is_for_viewers_whose_protocol_has_it() {
     let (mut older, _) = client(older, connect(&server)).expect("a server of the protocol");
     let info = String::from_utf8(next(&mut older, b'{')).expect("text");
     assert!(info.contains(r#"["time"]"#) && !info.contains("dataEndTime"), "{info}");
-    older.send(control(0, 1.0, None)).expect("it listens");
+    older.send(Message::binary(control(0, 1.0, None, b"r"))).expect("it listens");
     next(&mut older, b'{');
     let refusal = String::from_utf8(next(&mut older, b'{')).expect("text");
     assert!(refusal.contains("playback control is of foxglove.sdk.v1"), "{refusal}");
@@ -196,7 +190,7 @@ fn foreign_origins_are_refused_with_a_text_and_reported_once() {
     let copy = Arc::clone(&lines);
     let report = Arc::new(move |line: &str| copy.lock().expect("no panic").push(line.to_owned()));
     let origins = vec!["https://viewer.example".parse().expect("an origin")];
-    let server = open(Access { origins, report }, None);
+    let server = crate::open(&["/drag"], None, Access { origins, report });
     let host = address(&server);
     for (origin, is_served) in [
         ("", true),
@@ -261,9 +255,7 @@ fn a_viewer_that_never_reads_does_not_hold_the_end() {
     let mut deaf = socket(&server);
     deaf.send(Message::text(r#"{"op":"subscribe","subscriptions":[{"id":1,"channelId":2}]}"#))
         .expect("it reads");
-    while server.viewers() == 0 {
-        thread::sleep(Duration::from_millis(5));
-    }
+    crate::wait_for_viewer(&server);
     thread::sleep(Duration::from_millis(200));
     (0..300).for_each(|step| server.send(1, step, &[0; 100_000]));
     let start = Instant::now();
@@ -364,20 +356,13 @@ fn broken_frames_end_their_connection_only() {
 #[test]
 fn floods_neither_grow_memory_nor_starve_others() {
     let _running = TESTS.write().unwrap_or_else(PoisonError::into_inner);
-    let server = open(Access::default(), Some((0, 1_000)));
-    let control = |name: usize| {
-        let mut data = vec![3, 0, 0, 0, 128, 63, 0];
-        data.extend([0; 8]);
-        data.extend((name as u32).to_le_bytes());
-        data.extend(vec![b'n'; name]);
-        data
-    };
+    let server = player();
     let many: String = (0..20_000).map(|id| format!(r#"{{"id":{id},"channelId":{}}},"#, id % 3)).collect();
     let floods = [
         frame(0x89, &[b'p'; 125]),
         frame(0x00, &[]),
-        frame(0x82, &control(200)),
-        frame(0x82, &control(200_000)),
+        frame(0x82, &control(0, 1.0, None, &[b'n'; 200])),
+        frame(0x82, &control(0, 1.0, None, &[b'n'; 200_000])),
         frame(0x81, &[b'['; 100_000]),
         frame(0x81, br#"{"op":"getParameters"}"#),
         frame(0x81, br#"{"op":"unsubscribe","subscriptionIds":[1,2,3]}"#),
@@ -435,13 +420,13 @@ fn garbage_and_mutated_streams_are_survived() {
     let _running = TESTS.write().unwrap_or_else(PoisonError::into_inner);
     // the full form takes minutes
     let streams = if std::env::var_os("PERCUSS_FULL").is_some() { 3000 } else { 600 };
-    let server = open(Access::default(), Some((0, 1_000)));
+    let server = player();
     let host = address(&server);
     let handshake = request(&host, "").into_bytes();
     let frames = [
         frame(0x81, br#"{"op":"subscribe","subscriptions":[{"id":1,"channelId":1},{"id":2,"channelId":2}]}"#),
         frame(0x81, br#"{"op":"unsubscribe","subscriptionIds":[1]}"#),
-        frame(0x82, &[3, 1, 0, 0, 128, 63, 1, 9, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, b'i', b'd']),
+        frame(0x82, &control(1, 1.0, Some(9), b"id")),
         frame(0x89, b"ping"),
         frame(0x88, &[]),
     ]

@@ -1,13 +1,12 @@
 //! Viewers get every message at its own time, at any time of connection and in any order of subscriptions.
 
 use std::{
-    collections::BTreeMap,
     net::TcpStream,
     thread,
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Access, Address, Channel, QUIET, Server};
+use percuss_serve::{Access, QUIET, Server};
 
 use crate::viewer::Viewer;
 
@@ -16,14 +15,7 @@ const STEP: u64 = 20_000_000;
 const LONG: Duration = Duration::from_secs(10);
 
 fn server() -> Server {
-    let channel = |topic: &str| Channel {
-        topic: topic.into(),
-        encoding: "json".into(),
-        schema: None,
-        metadata: BTreeMap::from([("unit.force".into(), "N".into())]),
-    };
-    let address = Address { port: 0, ..Address::default() };
-    Server::open(&address, "a test", &TOPICS.map(channel), None, Access::default()).expect("a free port")
+    crate::open(&TOPICS, None, Access::default())
 }
 
 /// Sends steps of a run of 300: numbers at every step, a picture at every tenth, a line at the first and the last.
@@ -161,9 +153,7 @@ fn the_end_waits_until_viewers_have_left() {
     run(&server, 0..=300, Duration::ZERO);
     let mut viewer = Viewer::connect(&server.url());
     viewer.subscribe(&["/drag"]);
-    while server.viewers() == 0 {
-        thread::sleep(Duration::from_millis(5));
-    }
+    crate::wait_for_viewer(&server);
     let start = Instant::now();
     thread::scope(|scope| {
         scope.spawn(move || {
@@ -178,9 +168,7 @@ fn the_end_waits_until_viewers_have_left() {
     // a viewer at the end gets the close frame after everything else
     let mut viewer = Viewer::connect(&server.url());
     viewer.subscribe(&["/drag"]);
-    while server.viewers() == 0 {
-        thread::sleep(Duration::from_millis(5));
-    }
+    crate::wait_for_viewer(&server);
     let end = thread::spawn(move || drop(server));
     viewer.watch(LONG, |_| false);
     assert!(viewer.is_closed);

@@ -7,7 +7,7 @@ use std::{
 
 use parquet::{
     basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel},
-    data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, FloatType, Int64Type},
+    data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type},
     errors::ParquetError,
     file::{
         metadata::KeyValue,
@@ -99,43 +99,33 @@ fn write_column(
     kind: CellType,
     cells: Vec<Cell>,
 ) -> Result<usize, ParquetError> {
-    // 1 where there is a value
-    let levels: Vec<i16> = cells.iter().map(|cell| i16::from(*cell != Cell::Empty)).collect();
-    let levels = Some(levels.as_slice());
-    let there = cells.into_iter().filter(|cell| *cell != Cell::Empty);
     let number = |cell: Cell| cell.number().unwrap_or(f64::NAN);
     match kind {
-        CellType::Double => {
-            let values: Vec<f64> = there.map(number).collect();
-            column.typed::<DoubleType>().write_batch(&values, levels, None)
-        }
-        CellType::Float => {
-            let values: Vec<f32> = there.map(|cell| number(cell) as f32).collect();
-            column.typed::<FloatType>().write_batch(&values, levels, None)
-        }
-        CellType::Int | CellType::UInt => {
-            let integer = |cell: Cell| match cell {
-                Cell::Int(value) => value,
-                // the same bits: the logical type says that they are unsigned
-                Cell::UInt(value) => value as i64,
-                other => number(other) as i64,
-            };
-            let values: Vec<i64> = there.map(integer).collect();
-            column.typed::<Int64Type>().write_batch(&values, levels, None)
-        }
-        CellType::Bool => {
-            let values: Vec<bool> = there.map(|cell| cell == Cell::Bool(true)).collect();
-            column.typed::<BoolType>().write_batch(&values, levels, None)
-        }
-        CellType::Text => {
-            let text = |cell| match cell {
-                Cell::Text(text) => ByteArray::from(text.into_bytes()),
-                _ => ByteArray::from(Vec::new()),
-            };
-            let values: Vec<ByteArray> = there.map(text).collect();
-            column.typed::<ByteArrayType>().write_batch(&values, levels, None)
-        }
+        CellType::Double => write_cells::<DoubleType>(column, cells, number),
+        CellType::Float => write_cells::<FloatType>(column, cells, |cell| number(cell) as f32),
+        CellType::Int | CellType::UInt => write_cells::<Int64Type>(column, cells, |cell| match cell {
+            Cell::Int(value) => value,
+            // the same bits: the logical type says that they are unsigned
+            Cell::UInt(value) => value as i64,
+            other => number(other) as i64,
+        }),
+        CellType::Bool => write_cells::<BoolType>(column, cells, |cell| cell == Cell::Bool(true)),
+        CellType::Text => write_cells::<ByteArrayType>(column, cells, |cell| match cell {
+            Cell::Text(text) => ByteArray::from(text.into_bytes()),
+            _ => ByteArray::from(Vec::new()),
+        }),
     }
+}
+
+fn write_cells<T: DataType>(
+    column: &mut SerializedColumnWriter<'_>,
+    cells: Vec<Cell>,
+    value: impl FnMut(Cell) -> T::T,
+) -> Result<usize, ParquetError> {
+    // 1 where there is a value
+    let levels: Vec<i16> = cells.iter().map(|cell| i16::from(*cell != Cell::Empty)).collect();
+    let values: Vec<T::T> = cells.into_iter().filter(|cell| *cell != Cell::Empty).map(value).collect();
+    column.typed::<T>().write_batch(&values, Some(&levels), None)
 }
 
 fn column_type(heading: &Heading) -> Result<Type, ParquetError> {

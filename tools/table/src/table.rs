@@ -93,45 +93,25 @@ impl fmt::Display for Cell {
     }
 }
 
-/// Takes the rows of a table, one by one.
+/// Takes the rows of a table, one by one; fails where the output cannot be written.
 pub trait Sink {
     /// Begins the table.
-    ///
-    /// # Errors
-    ///
-    /// The output cannot be written.
     fn begin(&mut self, headings: &[Heading]) -> io::Result<()>;
 
     /// Takes a row; it has as many cells as there are headings.
-    ///
-    /// # Errors
-    ///
-    /// The output cannot be written.
     fn row(&mut self, cells: &[Cell]) -> io::Result<()>;
 
     /// Ends a group of rows: those of one file where several are stacked.
-    ///
-    /// # Errors
-    ///
-    /// The output cannot be written.
     fn group(&mut self) -> io::Result<()> {
         Ok(())
     }
 
     /// Hands on what was taken so far, where the format can.
-    ///
-    /// # Errors
-    ///
-    /// The output cannot be written.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
 
     /// Ends the table.
-    ///
-    /// # Errors
-    ///
-    /// The output cannot be written.
     fn end(&mut self) -> io::Result<()> {
         Ok(())
     }

@@ -6,6 +6,7 @@ use kuva::render::{
 };
 
 use super::{Image, Place};
+use crate::typeset::text;
 
 /// A part of the rows of an image with a name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,16 +60,7 @@ pub(crate) fn names(image: &Image, place: &Place) -> Vec<Primitive> {
             stroke_width: None,
             opacity: Some(0.7),
         });
-        names.push(Primitive::Text {
-            x: right - 6.0,
-            y: middle + 4.0,
-            content: layer.name.clone(),
-            anchor: TextAnchor::End,
-            size: SIZE,
-            rotate: None,
-            bold: false,
-            color: None,
-        });
+        names.push(text((right - 6.0, middle + 4.0), layer.name.clone(), SIZE, TextAnchor::End, None));
     }
     names
 }

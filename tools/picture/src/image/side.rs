@@ -89,7 +89,6 @@ impl Side {
         }
     }
 
-    /// Ends of the cells.
     pub(crate) fn ends(&self) -> (f64, f64) {
         (self.edge(0), self.edge(self.length()))
     }

@@ -27,7 +27,6 @@ impl Decoder {
         &self.layout
     }
 
-    /// Begins with the next message.
     pub(crate) fn next(&mut self) -> Decoded<'_> {
         Decoded { decoder: self, fit: None }
     }

@@ -4,11 +4,10 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use super::Recording;
 use crate::{
-    directory::JsonShapes,
     failure::Failure,
-    recording::Damage,
+    recording::{Budget, Damage},
     text::short,
-    wire::{Layout, List},
+    wire::{Layout, List, json::Shape},
 };
 
 /// Messages of a channel that say what the others look like.
@@ -16,8 +15,13 @@ const FIRST: u32 = 100;
 
 impl Recording {
     /// Gives the channels with JSON messages their layouts.
-    pub(super) fn learn_json(&mut self, json: JsonShapes) -> Result<(), Failure> {
-        let JsonShapes { mut shapes, mut budget } = json;
+    ///
+    /// * `shapes`: what the schemas say of them
+    pub(super) fn learn_json(
+        &mut self,
+        mut shapes: BTreeMap<u16, Shape>,
+        mut budget: Budget,
+    ) -> Result<(), Failure> {
         // of a recording that is open by its index, empty channels are known
         let is_open =
             |id: &u16| !self.from_index || self.channels.get(id).is_some_and(|channel| channel.count > 0);
@@ -43,7 +47,7 @@ impl Recording {
         for (id, shape) in shapes {
             let Some(channel) = self.channels.get_mut(&id) else { continue };
             let Some(layout) = Layout::of_json(&shape, &channel.schema) else { continue };
-            if budget.spend(layout.weight() + layout.leaves.len() * size_of::<List>()) {
+            if budget.spend(layout.weight + layout.leaves.len() * size_of::<List>()) {
                 channel.layout = Some(Arc::new(layout.within(self.limits.values())));
             } else {
                 let reason = format!("no room for the fields of `{}` (--max-memory)", short(&channel.topic));

@@ -9,7 +9,7 @@ use crate::{
     convention,
     directory::{Directory, SHOWN, defined_again, weight_of_entries},
     failure::Failure,
-    recording::{Damage, FileRecord, Limits, Opened, Scan},
+    recording::{Damage, FileRecord, Limits, Opened, open_file},
     text::short,
 };
 
@@ -20,23 +20,22 @@ const MAX_COMPRESSIONS: usize = 16;
 const MAX_NOTED: usize = 100;
 
 /// Messages of a channel that is not defined so far.
+#[derive(Default)]
 struct Early {
     count: u64,
     /// Log times \[ns\].
-    span: (u64, u64),
+    span: Option<(u64, u64)>,
     /// Of the first.
     offset: u64,
 }
 
 impl Attachment {
-    /// Memory that it takes \[bytes\].
     fn weight(&self) -> usize {
         256 + SHOWN * (self.name.len() + self.media_type.len())
     }
 }
 
 impl Metadata {
-    /// Memory that it takes \[bytes\].
     pub(crate) fn weight(&self) -> usize {
         256 + SHOWN * self.name.len() + weight_of_entries(&self.entries)
     }
@@ -59,11 +58,10 @@ impl Recording {
     ///
     /// The file cannot be read or is no MCAP file.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, Failure> {
-        let file = Opened::new(path, limits)?;
-        let scan = file.scan(path, limits)?;
-        match Self::empty(path, limits, file.clone()).by_index(scan)? {
+        let recording = Self::unread(open_file(path)?, path, limits)?;
+        match recording.clone().by_index()? {
             Some(recording) => Ok(recording),
-            None => Self::read_whole(path, limits, file),
+            None => recording.whole(),
         }
     }
 
@@ -73,7 +71,7 @@ impl Recording {
     ///
     /// The file cannot be read or is no MCAP file. Damage is no error: what is sound is there.
     pub fn read(path: &Path, limits: Limits) -> Result<Self, Failure> {
-        Self::read_whole(path, limits, Opened::new(path, limits)?)
+        Self::of(open_file(path)?, path, limits)
     }
 
     /// The recording in a file that is open already.
@@ -82,41 +80,45 @@ impl Recording {
     ///
     /// The file cannot be read or is no MCAP file.
     pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, Failure> {
-        Self::read_whole(path, limits, Opened::of(file, path, limits)?)
+        Self::unread(file, path, limits)?.whole()
     }
 
-    fn read_whole(path: &Path, limits: Limits, file: Opened) -> Result<Self, Failure> {
-        let mut scan = file.scan(path, limits)?;
-        let (mut recording, mut directory) = (Self::empty(path, limits, file), Directory::new(limits));
-        let mut early = BTreeMap::new();
-        scan.for_each(|found| recording.take(found, &mut directory, &mut early))?;
+    fn whole(mut self) -> Result<Self, Failure> {
+        let mut scan = self.scan()?;
+        let (mut directory, mut early) = (Directory::new(self.limits), BTreeMap::new());
+        scan.for_each(|found| self.take(found, &mut directory, &mut early))?;
         for (id, Early { count, span, offset }) in early {
-            let reason = match directory.channel_mut(id) {
+            let reason = match directory.channels.get_mut(&id) {
                 // where a definition stands says nothing of what it defines
                 Some(channel) => {
                     channel.count += count;
-                    for time in [span.0, span.1] {
+                    for time in span.into_iter().flat_map(<[u64; 2]>::from) {
                         channel.span = Some(widen(channel.span, time));
-                        recording.span = Some(widen(recording.span, time));
+                        self.span = Some(widen(self.span, time));
                     }
                     format!("{count} messages of channel {id} stand before its definition")
                 }
                 None => format!("{count} messages of channel {id}, which is not defined"),
             };
-            recording.note(offset, reason);
+            self.note(offset, reason);
         }
-        recording.refused.extend(directory.refused());
-        let json = directory.take_json();
-        recording.channels = directory.into_channels();
-        recording.learn_json(json)?;
-        recording.count_from(recording.start_date().unwrap_or(0));
-        recording.complete = scan.is_complete() && recording.refused.is_empty();
-        recording.damages = [scan.damages(), &recording.refused].concat();
-        Ok(recording)
+        self.define(directory)?;
+        self.complete = scan.is_complete() && self.refused.is_empty();
+        self.damages = [scan.damages(), &self.refused].concat();
+        Ok(self)
     }
 
-    fn empty(path: &Path, limits: Limits, file: Opened) -> Self {
-        Self {
+    /// Takes over the channels and what was refused of them.
+    fn define(&mut self, directory: Directory) -> Result<(), Failure> {
+        self.refused.extend(directory.refused());
+        self.channels = directory.channels;
+        self.learn_json(directory.shapes, directory.budget)?;
+        self.count_from(self.start_date().unwrap_or(0));
+        Ok(())
+    }
+
+    fn unread(file: File, path: &Path, limits: Limits) -> Result<Self, Failure> {
+        Ok(Self {
             path: path.into(),
             profile: String::new(),
             library: String::new(),
@@ -129,18 +131,19 @@ impl Recording {
             damages: Vec::new(),
             refused: Vec::new(),
             limits,
-            file,
+            file: Opened::of(file, path, limits)?,
             from_index: false,
-        }
+        })
     }
 
     /// From the summary, if it names every channel, all metadata and all attachments.
-    fn by_index(mut self, mut scan: Scan) -> Result<Option<Self>, Failure> {
+    fn by_index(mut self) -> Result<Option<Self>, Failure> {
+        let mut scan = self.scan()?;
         let index = scan.index().clone();
         let Some(statistics) = &index.statistics else { return Ok(None) };
         let mut directory = Directory::new(self.limits);
         index.directory.iter().for_each(|record| directory.learn(record));
-        let is_whole = directory.channels().len() == statistics.channel_count as usize
+        let is_whole = directory.channels.len() == statistics.channel_count as usize
             && index.metadata.len() == statistics.metadata_count as usize
             && index.attachments.len() == statistics.attachment_count as usize
             && !directory.has_overflowed();
@@ -178,17 +181,13 @@ impl Recording {
             }
             self.attachments.push(attachment);
         }
-        self.refused = directory.refused();
-        let json = directory.take_json();
-        self.channels = directory.into_channels();
-        for (id, channel) in &mut self.channels {
+        for (id, channel) in &mut directory.channels {
             channel.count = statistics.channel_message_counts.get(id).copied().unwrap_or(0);
         }
         self.span = (statistics.message_count > 0)
             .then_some((statistics.message_start_time, statistics.message_end_time));
         self.from_index = true;
-        self.learn_json(json)?;
-        self.count_from(self.start_date().unwrap_or(0));
+        self.define(directory)?;
         self.damages.clone_from(&self.refused);
         Ok(Some(self))
     }
@@ -202,7 +201,7 @@ impl Recording {
 
     fn take(&mut self, found: FileRecord<'_>, directory: &mut Directory, early: &mut BTreeMap<u16, Early>) {
         if let Record::Channel(channel) = &found.record
-            && let Some(known) = directory.channels().get(&channel.id)
+            && let Some(known) = directory.channels.get(&channel.id)
             && (known.topic != channel.topic || known.encoding != channel.message_encoding)
         {
             self.note(found.offset, defined_again(channel, &known.topic));
@@ -216,20 +215,16 @@ impl Recording {
                 (self.profile, self.library) = (header.profile, header.library);
             }
             Record::Message { header, .. } => {
-                if let Some(channel) = directory.channel_mut(header.channel_id) {
-                    channel.count += 1;
-                    channel.span = Some(widen(channel.span, header.log_time));
+                let (count, span) = if let Some(channel) = directory.channels.get_mut(&header.channel_id) {
                     self.span = Some(widen(self.span, header.log_time));
+                    (&mut channel.count, &mut channel.span)
                 } else {
-                    let (time, offset) = (header.log_time, found.offset);
-                    let early = early.entry(header.channel_id).or_insert(Early {
-                        count: 0,
-                        span: (time, time),
-                        offset,
-                    });
-                    early.count += 1;
-                    early.span = widen(Some(early.span), time);
-                }
+                    let first = Early { offset: found.offset, ..Early::default() };
+                    let early = early.entry(header.channel_id).or_insert(first);
+                    (&mut early.count, &mut early.span)
+                };
+                *count += 1;
+                *span = Some(widen(*span, header.log_time));
             }
             Record::Attachment { header, data, .. } => {
                 let size = found.left_out.map_or(data.len() as u64, |left_out| left_out.size);

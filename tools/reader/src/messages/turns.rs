@@ -26,11 +26,6 @@ pub(super) struct Turns {
 }
 
 impl Turns {
-    /// Those of some channels of a recording.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read.
     pub(super) fn of(
         recording: &Recording,
         ids: &BTreeMap<u16, impl Sized>,
@@ -61,11 +56,6 @@ impl Turns {
         })
     }
 
-    /// Takes a message.
-    ///
-    /// # Errors
-    ///
-    /// There is no room for it.
     pub(super) fn put(&mut self, message: &Message<'_>) -> Result<(), Failure> {
         let offset = message.offset;
         if let Some(before) = self.offset.replace(offset).filter(|before| *before != offset) {

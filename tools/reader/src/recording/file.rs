@@ -11,10 +11,6 @@ use percuss_output::kind_name;
 use crate::{convention::PART, failure::Failure};
 
 /// Opens a file; what is none is refused before it is opened, as opening a pipe without a writer blocks.
-///
-/// # Errors
-///
-/// There is no such file, or it cannot be read.
 pub fn open_file(path: &Path) -> Result<File, Failure> {
     let kind = fs::metadata(path).map_err(unreadable(path))?.file_type();
     if !kind.is_file() {
@@ -58,17 +54,4 @@ fn part_of(path: &Path, error: &io::Error) -> Option<PathBuf> {
     name.push(PART);
     let part = path.with_file_name(name);
     (error.kind() == io::ErrorKind::NotFound && part.is_file()).then_some(part)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_say_what_is_not_complete() {
-        assert!(is_part(Path::new("a/run.mcap.part")) && !is_part(Path::new("a/part")));
-        assert!(!is_part(Path::new("a/run.mcap")));
-        assert_eq!(without_part(Path::new("a/run.mcap.part")), Path::new("a/run.mcap"));
-        assert_eq!(without_part(Path::new("a/run.mcap")), Path::new("a/run.mcap"));
-    }
 }

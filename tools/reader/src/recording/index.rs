@@ -10,7 +10,7 @@ use mcap::{
     records::{self, ChunkIndex, Record, Statistics, op},
 };
 
-use super::{Budget, CHECKSUMS_COUNT, Limits, parse::parse};
+use super::{Budget, CHECKSUMS_COUNT, ENTRY, Limits, parse::parse};
 
 /// Bytes of opcode and length before every record.
 pub(crate) const PREFIX: u64 = 9;
@@ -39,10 +39,6 @@ pub struct Index {
 
 impl Index {
     /// Reads the summary of a file; `None` if it has none, or none that is sound.
-    ///
-    /// # Errors
-    ///
-    /// The system fails to read.
     pub fn read(source: &mut (impl Read + Seek), limits: Limits) -> io::Result<Option<Self>> {
         let length = source.seek(SeekFrom::End(0))?;
         let tail = PREFIX + FOOTER + MAGIC.len() as u64;
@@ -122,10 +118,7 @@ impl Index {
 fn weight(record: &Record<'_>, length: usize) -> usize {
     /// A record in a list that grows, with the blocks that its texts are in.
     const RECORD: usize = 512;
-    /// A number in a map of numbers.
     const NUMBER: usize = 32;
-    /// A text in a map of texts.
-    const ENTRY: usize = 160;
     let entries = match record {
         Record::Channel(channel) => ENTRY * channel.metadata.len(),
         Record::ChunkIndex(chunk) => NUMBER * chunk.message_index_offsets.len(),

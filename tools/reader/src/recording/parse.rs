@@ -5,13 +5,11 @@ use mcap::{
     records::{Record, op},
 };
 
-/// Memory of an entry of a map of texts, besides its bytes: its place in a tree, a key and a value of their own \[bytes\].
-const ENTRY: usize = 160;
+use super::ENTRY;
 
 /// A part of a record's content.
 #[derive(Clone, Copy)]
 enum Part {
-    /// So many bytes.
     Fixed(usize),
     /// A length of four bytes, and as many bytes.
     Block,
@@ -41,7 +39,7 @@ fn parts(opcode: u8) -> &'static [Part] {
 }
 
 /// Takes a block with its length off the front.
-fn block<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
+pub(super) fn block<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (block, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
     *bytes = rest;

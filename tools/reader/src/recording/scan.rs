@@ -1,6 +1,5 @@
 //! The records of a file, one after the other.
 
-mod crc;
 mod outer;
 mod search;
 
@@ -23,7 +22,7 @@ use super::{
     CHECKSUMS_COUNT, Damage, Index, Limits,
     file::open_file,
     index::PREFIX,
-    parse::{explain, parse},
+    parse::{block, explain, parse},
     unreadable,
 };
 use crate::{failure::Failure, text::short};
@@ -37,14 +36,11 @@ impl<T: Read + Seek + Send> Source for T {}
 #[derive(Clone, Debug)]
 pub(crate) struct Opened {
     file: Arc<Mutex<File>>,
-    index: Arc<Index>,
+    /// Empty if there is none.
+    pub(crate) index: Arc<Index>,
 }
 
 impl Opened {
-    pub(crate) fn new(path: &Path, limits: Limits) -> Result<Self, Failure> {
-        Self::of(open_file(path)?, path, limits)
-    }
-
     /// * `path`: its name in errors
     pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, Failure> {
         let file = Arc::new(Mutex::new(file));
@@ -53,12 +49,6 @@ impl Opened {
         Ok(Self { file, index: Arc::new(index) })
     }
 
-    /// The summary, empty if there is none.
-    pub(crate) fn index(&self) -> &Index {
-        &self.index
-    }
-
-    /// Reads it from its start on.
     pub(crate) fn scan(&self, path: &Path, limits: Limits) -> Result<Scan, Failure> {
         let reader = Reader { file: self.file.clone(), position: 0 };
         Scan::indexed(Box::new(reader), self.index.clone(), path, limits)
@@ -164,7 +154,6 @@ struct Open {
     end: u64,
     inside: u64,
     is_large: bool,
-    /// Why it is not decompressed.
     refusal: Option<String>,
 }
 
@@ -183,7 +172,7 @@ impl Scan {
     ///
     /// The file cannot be read, or is something else.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, Failure> {
-        Opened::new(path, limits)?.scan(path, limits)
+        Opened::of(open_file(path)?, path, limits)?.scan(path, limits)
     }
 
     /// Reads from any source of bytes; `path` is its name in errors.
@@ -268,10 +257,6 @@ impl Scan {
 
     /// Continues at a record of the file, a chunk for example. The checksum over the whole file cannot be verified then; that
     /// of every chunk that is read still is.
-    ///
-    /// # Errors
-    ///
-    /// The system fails to read.
     pub fn go_to(&mut self, offset: u64) -> Result<(), Failure> {
         // the index may say anything
         self.seek(offset.min(self.length)).map_err(unreadable(&self.path))?;
@@ -309,7 +294,7 @@ impl Scan {
     ///
     /// # Errors
     ///
-    /// The system fails to read. Damage is no error: see [`Scan::damages`].
+    /// The system fails to read; of damage see [`Scan::damages`].
     pub fn next<T>(&mut self, take: impl FnOnce(FileRecord<'_>) -> T) -> Result<Option<T>, Failure> {
         let mut take = Some(take);
         loop {
@@ -334,20 +319,12 @@ impl Scan {
 
     /// Hands the records one by one to `take`, up to the end or to where a file that is being written holds no further
     /// whole record for now.
-    ///
-    /// # Errors
-    ///
-    /// The system fails to read.
     pub fn for_each(&mut self, mut take: impl FnMut(FileRecord<'_>)) -> Result<(), Failure> {
         while self.next(&mut take)?.is_some() {}
         Ok(())
     }
 
     /// The same until `take` returns something.
-    ///
-    /// # Errors
-    ///
-    /// The system fails to read.
     pub fn find_map<T>(
         &mut self,
         mut take: impl FnMut(FileRecord<'_>) -> Option<T>,

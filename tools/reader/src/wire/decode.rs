@@ -13,7 +13,6 @@ use super::{
 };
 use crate::recording::Budget;
 
-/// Why decoding stops.
 enum Stop {
     Error(DecodeError),
     /// A part that may be there once is there twice: the parts have to be merged first.
@@ -138,7 +137,6 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
 
 /// An entry of a map.
 struct Entry<'a> {
-    /// Slot of the map.
     index: usize,
     key: Option<Key>,
     bytes: &'a [u8],
@@ -216,7 +214,6 @@ fn value(
     if rest.is_empty() { Ok(()) } else { Err(DecodeError::SchemaMismatch) }
 }
 
-/// Reads one value.
 fn single(
     scalar: &Scalar,
     number: u32,

@@ -26,7 +26,6 @@ pub(crate) fn dynamic(
     DynamicMessage::decode(descriptor.clone(), bytes).map_err(|_| DecodeError::SchemaMismatch)
 }
 
-/// Spends what a message takes.
 fn count(
     descriptor: &MessageDescriptor,
     bytes: &[u8],

@@ -41,22 +41,16 @@ const FIELD: usize = 2048;
 /// What is known of a JSON value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) enum Shape {
-    /// Nothing yet.
     #[default]
     Unknown,
-    /// A truth value.
     Bool,
-    /// A whole number.
     Integer,
-    /// A number.
     Number,
     /// A text, or different things in different messages.
     Text,
-    /// An array.
     List(Box<Shape>),
     /// Arrays inside an array, of which all elements are in one list.
     Nested(Box<Shape>),
-    /// An object.
     Object(Fields),
 }
 
@@ -80,7 +74,6 @@ impl Shape {
         }
     }
 
-    /// Memory that it takes \[bytes\].
     pub(crate) fn weight(&self) -> usize {
         match self {
             Self::List(element) | Self::Nested(element) => 64 + element.weight(),

@@ -28,18 +28,16 @@ pub struct Layout {
     pub(super) root: Node,
     /// Names in JSON, where messages are that.
     pub(super) names: Option<Names>,
-    /// Leaves in the order of their paths.
     by_path: Vec<u32>,
     /// Memory that a message may take \[bytes\].
     pub(crate) room: usize,
-    /// Memory that the layout takes \[bytes\].
-    weight: usize,
+    /// Memory that it takes itself \[bytes\].
+    pub(crate) weight: usize,
 }
 
 /// The fields of an object by their names in JSON.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
-    /// Numbers of the fields.
     pub(super) numbers: HashMap<String, u32>,
     /// The fields of objects inside, by the numbers of the fields that hold them.
     pub(super) inner: HashMap<u32, Names>,
@@ -125,11 +123,6 @@ impl Layout {
     /// The same for messages that take up to `room` bytes of memory.
     pub fn within(self, room: usize) -> Self {
         Self { room, ..self }
-    }
-
-    /// Memory that it takes \[bytes\].
-    pub(crate) fn weight(&self) -> usize {
-        self.weight
     }
 
     /// True if messages are JSON.

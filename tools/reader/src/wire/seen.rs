@@ -17,7 +17,6 @@ pub(super) const BLOCK: usize = 24 + 16;
 pub(super) struct Seen(SmallVec<[u64; 16]>);
 
 impl Seen {
-    /// None yet.
     pub(super) fn of(node: &Node) -> Self {
         Self(smallvec![0; node.slots.len()])
     }

@@ -1,6 +1,9 @@
 //! Hostile records: lengths, indexes and chunks that lie, and very many of everything.
 
-use super::{Case, types::lab};
+use super::{
+    Case,
+    types::{lab, lab_channel},
+};
 use crate::raw::{
     ChunkEntry, Counts, attachment, attachment_index, attachment_of, block, channel, chunk, chunk_at,
     compressed, compressed_repeats, file, first_offset, indexed, map, message, message_at, metadata,
@@ -20,9 +23,7 @@ pub const CASES: &[Case] = &[
     ("a record of 2^63 bytes", || of_length(1 << 63)),
     ("records of opcode 0", || [file(&[]), vec![0; 1 << 20]].concat()),
     ("records of no length", || whole(&[many(300_000, |_| record(0x90, &[]))], &[])),
-    ("records of no length in a chunk", || {
-        whole(&[compressed(&[many(1_000_000, |_| record(0x90, &[]))])], &[])
-    }),
+    ("records of no length in a chunk", || in_chunk(many(1_000_000, |_| record(0x90, &[])))),
     ("texts beyond their record", || {
         file(&(1..=0x0f).map(|opcode| record(opcode, &[0xff; 64])).collect::<Vec<_>>())
     }),
@@ -31,10 +32,8 @@ pub const CASES: &[Case] = &[
         file(&[channel(1, 0, "/a", &odd), record(0x0c, &[text(b"m"), text(&odd)].concat())])
     }),
     ("keys twice in a map", || {
-        whole(
-            &[metadata("m", &[("a", "1"), ("a", "2")]), channel(1, 0, "/a", &map(&[("a", "1"), ("a", "2")]))],
-            &[],
-        )
+        let twice = [("a", "1"), ("a", "2")];
+        whole(&[metadata("m", &twice), channel(1, 0, "/a", &map(&twice))], &[])
     }),
     ("a million keys in a map", || {
         whole(&[record(0x0c, &[text(b"m"), text(&many(400_000, entry))].concat())], &[])
@@ -48,9 +47,7 @@ pub const CASES: &[Case] = &[
         whole(&[compressed(&[many(200_000, |i| channel(1, 0, &format!("/{i}"), &[]))]), message(1, &[])], &[])
     }),
     ("a million channels in the summary", || whole(&[], &many(300_000, |i| channel(i as u16, 0, "/t", &[])))),
-    ("a million schemas", || {
-        whole(&[compressed(&[many(300_000, |i| schema((i as u16).max(1), "", &[]))])], &[])
-    }),
+    ("a million schemas", || in_chunk(many(300_000, |i| schema((i as u16).max(1), "", &[])))),
     ("a million schemas in the summary", || {
         whole(&[], &many(400_000, |i| schema((i as u16).max(1), "", &[])))
     }),
@@ -68,33 +65,25 @@ pub const CASES: &[Case] = &[
     ("a million metadata records", || whole(&[many(200_000, |_| metadata("m", &[]))], &[])),
     ("a million entries of one metadata record", || {
         let index = many(150_000, |_| metadata_index(first_offset(), metadata("m", &[]).len() as u64, "m"));
-        let counts = statistics(&Counts { metadata: 150_000, ..Counts::default() });
-        whole(&[metadata("m", &[])], &[index, counts].concat())
+        listed(metadata("m", &[]), index, Counts { metadata: 150_000, ..Counts::default() })
     }),
     ("entries of metadata that point at each other", || {
         let index = [metadata_index(1 << 50, u64::MAX, "m"), metadata_index(3, 0, "m")].concat();
-        let counts = statistics(&Counts { metadata: 2, ..Counts::default() });
-        whole(&[metadata("m", &[])], &[index, counts].concat())
+        listed(metadata("m", &[]), index, Counts { metadata: 2, ..Counts::default() })
     }),
     ("attachments and as many entries", || {
-        let (count, one) = (8_000, attachment("a", &[]).len() as u64);
-        let entry = |i: u32| attachment_index(first_offset() + one * u64::from(i), one, 0, "a");
-        let counts = statistics(&Counts { attachments: count, ..Counts::default() });
-        let (records, entries) = (many(count, |_| attachment("a", &[])), many(count, entry));
-        whole(&[records], &[entries, counts].concat())
+        let (count, one) = (8_000, attachment("a", &[]));
+        let entry = |at, length| attachment_index(at, length, 0, "a");
+        repeated(count, &one, entry, Counts { attachments: count, ..Counts::default() })
     }),
     ("metadata records and as many entries", || {
-        let (count, one) = (14_000, metadata("m", &[]).len() as u64);
-        let entry = |i: u32| metadata_index(first_offset() + one * u64::from(i), one, "m");
-        let counts = statistics(&Counts { metadata: count, ..Counts::default() });
-        whole(&[many(count, |_| metadata("m", &[]))], &[many(count, entry), counts].concat())
+        let (count, one) = (14_000, metadata("m", &[]));
+        let entry = |at, length| metadata_index(at, length, "m");
+        repeated(count, &one, entry, Counts { metadata: count, ..Counts::default() })
     }),
     ("a million entries of chunks", || {
-        let entry = |i: u32| entry_at(u64::from(i)).record();
-        whole(
-            &[],
-            &[many(150_000, entry), statistics(&Counts { chunks: 150_000, ..Counts::default() })].concat(),
-        )
+        let entries = many(150_000, |i| entry_at(u64::from(i)).record());
+        listed(vec![], entries, Counts { chunks: 150_000, ..Counts::default() })
     }),
     ("entries of chunks with very many channels", || {
         let entry = |i: u32| ChunkEntry { channels: vec![(1, 1); 10_000], ..entry_at(u64::from(i)) }.record();
@@ -117,18 +106,15 @@ pub const CASES: &[Case] = &[
     }),
     ("message indexes of very many entries", || {
         let entries = vec![0xff; 16 * 400_000];
-        let index = record(0x07, &[&1_u16.to_le_bytes()[..], &text(&entries)].concat());
-        whole(&[channel(1, 0, "/a", &[]), compressed(&[message(1, &[])]), index], &[])
+        whole(&[channel(1, 0, "/a", &[]), compressed(&[message(1, &[])]), message_index(1, &entries)], &[])
     }),
     ("message indexes of odd lengths", || {
-        let index =
-            |length: usize| record(0x07, &[&1_u16.to_le_bytes()[..], &text(&vec![1; length])].concat());
-        let indexes = [0, 1, 15, 17, 1000].map(index).concat();
+        let indexes = [0, 1, 15, 17, 1000].map(|length| message_index(1, &vec![1; length])).concat();
         whole(&[channel(1, 0, "/a", &[]), compressed(&[message(1, &[])]), indexes], &[])
     }),
     ("message indexes of 65 536 channels that are not there", || {
-        let index = |id: u32| record(0x07, &[&(id as u16).to_le_bytes()[..], &text(&[0; 16])].concat());
-        whole(&[compressed(&[message(1, &[])]), many(65_536, index)], &[])
+        let indexes = many(65_536, |id| message_index(id as u16, &[0; 16]));
+        whole(&[compressed(&[message(1, &[])]), indexes], &[])
     }),
     ("an entry of a chunk that is none", || forged(|entries, _| entries[0].offset = first_offset())),
     ("an entry of a chunk beyond the end", || {
@@ -150,9 +136,10 @@ pub const CASES: &[Case] = &[
     }),
     ("sizes of chunks that overflow", || {
         forged(|entries, _| {
+            let one = entries[0].clone();
             let twin =
-                ChunkEntry { offset: 3, compressed: u64::MAX, uncompressed: u64::MAX, ..entries[0].clone() };
-            entries.extend([ChunkEntry { offset: 2, ..twin.clone() }, twin]);
+                |offset| ChunkEntry { offset, compressed: u64::MAX, uncompressed: u64::MAX, ..one.clone() };
+            entries.extend([2, 3].map(twin));
         })
     }),
     ("a chunk of 2^64 − 1 bytes behind damage", || {
@@ -209,13 +196,8 @@ pub const CASES: &[Case] = &[
     ("a frame with a window of 2 GB", || {
         // magic, descriptor without content size, window descriptor of 2^31 bytes, one raw block of a byte
         let frame = [&[0x28, 0xb5, 0x2f, 0xfd][..], &[0x00, 0xa8], &[0x09, 0, 0], b"x"].concat();
-        whole(
-            &[
-                chunk(1, b"zstd", &frame),
-                chunk(1, b"zstd", &[0x28, 0xb5, 0x2f, 0xfd, 0x00, 0x88, 9, 0, 0, b'x']),
-            ],
-            &[],
-        )
+        let smaller = [&frame[..5], &[0x88], &frame[6..]].concat();
+        whole(&[frame, smaller].map(|frame| chunk(1, b"zstd", &frame)), &[])
     }),
     ("a million frames with nothing in them", || {
         whole(&[chunk(1, b"zstd", &[0x50, 0x2a, 0x4d, 0x18, 0, 0, 0, 0].repeat(500_000))], &[])
@@ -225,34 +207,24 @@ pub const CASES: &[Case] = &[
         whole(&[chunk(4, &long, b"abcd"), chunk(4, b"\x1b[2J", b"abcd"), chunk(4, b"", b"")], &[])
     }),
     ("messages of 65 536 channels that are not there", || {
-        whole(&[compressed(&[many(200_000, |i| message(i as u16, &[]))])], &[])
+        in_chunk(many(200_000, |i| message(i as u16, &[])))
     }),
     ("channels whose schemas are not there", || {
         let channels = (1..100).map(|id| channel(id, 7 + id, "/a", &[]));
         whole(&channels.chain((1..100).map(|id| message(id, b"abc"))).collect::<Vec<_>>(), &[])
     }),
     ("a channel that changes its schema", || {
-        let records = [
-            lab(1, "Scalar"),
-            lab(2, "Note"),
-            channel(1, 1, "/a", &[]),
-            message(1, &block(3, b"text")),
-            channel(1, 2, "/a", &[]),
-            message(1, &block(3, b"text")),
-            lab(1, "Profile"),
-        ];
-        whole(&records, &[])
+        let (scalar, note) =
+            (lab_channel("Scalar", "/a", &[]), [lab(2, "Note"), channel(1, 2, "/a", &[])].concat());
+        let text = message(1, &block(3, b"text"));
+        whole(&[scalar, text.clone(), note, text, lab(1, "Profile")], &[])
     }),
     ("ten thousand channels of one topic", || {
         let channels = many(4000, |id| channel(id as u16, 1, "/a", &[]));
         whole(&[lab(1, "Note"), channels, compressed(&[many(4000, |id| message(id as u16, &[]))])], &[])
     }),
     ("an attachment that claims a gigabyte", || {
-        file(&[
-            attachment_of(b"a", 1 << 30, b"abc"),
-            attachment_of(b"b", u64::MAX, b"abc"),
-            attachment_of(b"c", 0, b"abc"),
-        ])
+        file(&[1 << 30, u64::MAX, 0].map(|claimed| attachment_of(b"a", claimed, b"abc")))
     }),
     ("attachments with wicked names", || {
         let long = "n".repeat(300);
@@ -262,21 +234,37 @@ pub const CASES: &[Case] = &[
     ("an attachment with a name of 300 bytes", || whole(&[attachment(&"n".repeat(300), b"content")], &[])),
     ("ten thousand attachments of one name", || whole(&[many(10_000, |_| attachment("a", b"a"))], &[])),
     ("attachments whose numbers are taken", || {
-        whole(
-            &[
-                many(3000, |i| attachment(&format!("a.{}", i + 2), b"a")),
-                many(3000, |_| attachment("a", b"a")),
-            ],
-            &[],
-        )
+        let numbered = many(3000, |i| attachment(&format!("a.{}", i + 2), b"a"));
+        whole(&[numbered, attachment("a", b"a").repeat(3000)], &[])
     }),
 ];
 
-/// Records one behind the other.
 pub fn many(count: u32, one: impl Fn(u32) -> Vec<u8>) -> Vec<u8> {
     let mut all = Vec::new();
     (0..count).for_each(|i| all.extend(one(i)));
     all
+}
+
+fn in_chunk(records: Vec<u8>) -> Vec<u8> {
+    whole(&[compressed(&[records])], &[])
+}
+
+/// Records with entries of the summary, and what it counts.
+fn listed(records: Vec<u8>, entries: Vec<u8>, counts: Counts) -> Vec<u8> {
+    whole(&[records], &[entries, statistics(&counts)].concat())
+}
+
+/// A record over and over, each with its entry.
+///
+/// * `entry`: of its place and length
+fn repeated(count: u32, one: &[u8], entry: impl Fn(u64, u64) -> Vec<u8>, counts: Counts) -> Vec<u8> {
+    let length = one.len() as u64;
+    let entries = many(count, |i| entry(first_offset() + length * u64::from(i), length));
+    listed(one.repeat(count as usize), entries, counts)
+}
+
+fn message_index(id: u16, entries: &[u8]) -> Vec<u8> {
+    record(0x07, &[&id.to_le_bytes()[..], &text(entries)].concat())
 }
 
 fn entry(i: u32) -> Vec<u8> {
@@ -307,9 +295,8 @@ fn entry_at(offset: u64) -> ChunkEntry {
 
 /// A message in a chunk, with a forged summary.
 fn forged(change: impl FnOnce(&mut Vec<ChunkEntry>, &mut Counts)) -> Vec<u8> {
-    let definitions = [lab(1, "Scalar"), channel(1, 1, "/a", &[])];
     let content = many(100, |i| message_at(1, u64::from(i), &[]));
-    indexed(&definitions, &[(content, (0, 99))], |entries, counts| {
+    indexed(&[lab(1, "Scalar"), channel(1, 1, "/a", &[])], &[(content, (0, 99))], |entries, counts| {
         (counts.messages, counts.of_channels) = (100, vec![(1, 100)]);
         change(entries, counts);
     })
@@ -340,10 +327,6 @@ fn lz4_zeros() -> Vec<u8> {
 
 /// A chunk of messages that says when they are.
 pub fn timed(times: (u64, u64), records: &[u8]) -> Vec<u8> {
-    chunk_at(
-        times,
-        records.len() as u64,
-        b"zstd",
-        &zstd::bulk::compress(records, 3).expect("compressed bytes"),
-    )
+    let data = zstd::bulk::compress(records, 3).expect("compressed bytes");
+    chunk_at(times, records.len() as u64, b"zstd", &data)
 }

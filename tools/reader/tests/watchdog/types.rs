@@ -4,8 +4,9 @@ use prost_reflect::{
     prost::Message,
     prost_types::{
         DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto, FieldOptions,
-        FileDescriptorProto, FileDescriptorSet, MessageOptions, OneofDescriptorProto,
+        FileDescriptorProto, FileDescriptorSet, MessageOptions, OneofDescriptorProto, UninterpretedOption,
         field_descriptor_proto::{Label, Type},
+        uninterpreted_option::NamePart,
     },
 };
 
@@ -16,8 +17,8 @@ use super::{
 use crate::{
     forge::{self, file_of, type_of},
     raw::{
-        block, channel, chunk, compressed, compressed_repeats, double, message, message_at, schema, varint,
-        whole, whole_number,
+        block, channel, chunk, compressed, compressed_repeats, double, message, message_at, schema, whole,
+        whole_number,
     },
 };
 
@@ -41,24 +42,15 @@ pub const CASES: &[Case] = &[
         of_schema("A", &in_file(&block(4, &nested)))
     }),
     ("an enumeration of 60 000 values", || {
+        let mut file = forge::types("t", "T0 e:=E", ("E", ["A", "B"]));
         let value =
             |i| EnumValueDescriptorProto { name: Some(format!("V{i}")), number: Some(i), options: None };
-        let mut file = file_of("t.proto", vec![type_of("T0", vec![typed("e", 1, Type::Enum, Some(".E"))])]);
-        file.enum_type = vec![EnumDescriptorProto {
-            name: Some("E".into()),
-            value: (0..60_000).map(value).collect(),
-            ..Default::default()
-        }];
-        of_schema_with("T0", &set(vec![file]), &whole_number(1, u64::MAX))
+        file.enum_type[0].value = (0..60_000).map(value).collect();
+        of_schema_with("t.T0", &set(vec![file]), &whole_number(1, u64::MAX))
     }),
     ("names that are no text", || of_schema("A", &in_file(&block(4, &block(1, &[0xff, 0xfe, 0x80]))))),
     ("names that are no names", || {
-        of_types(vec![
-            type_of("T0", vec![]),
-            type_of("", vec![number(1)]),
-            type_of("a.b", vec![]),
-            type_of("\u{1b}[2J", vec![]),
-        ])
+        of_types(["T0", "", "a.b", "\u{1b}[2J"].map(|name| type_of(name, vec![number(1)])).into())
     }),
     ("imports that are not there", || {
         let mut file = file_of("t.proto", vec![type_of("T0", vec![of_type("x", 1, ".nowhere.X")])]);
@@ -66,15 +58,13 @@ pub const CASES: &[Case] = &[
         file.public_dependency = vec![-1, 7];
         of_schema("T0", &set(vec![file]))
     }),
-    ("files that import each other", || {
-        let mut files = ["a.proto", "b.proto"].map(|name| file_of(name, vec![]));
-        for (i, other) in ["b.proto", "a.proto"].into_iter().enumerate() {
-            (files[i].dependency, files[i].public_dependency) = (vec![other.into()], vec![0]);
-        }
-        files[0].message_type = vec![type_of("T0", vec![])];
-        of_schema("T0", &set(files.to_vec()))
+    ("files that import each other", || of_imports(&[&[1], &[0]])),
+    ("a file that imports itself", || of_imports(&[&[0]])),
+    ("files that import the next one twice", || {
+        of_imports(&(0..64_usize).map(|i| if i < 63 { vec![i + 1; 2] } else { vec![] }).collect::<Vec<_>>())
     }),
     ("editions", || of_syntax("editions")),
+    ("a syntax without a name", || of_syntax("")),
     ("a syntax of the future", || of_syntax("proto9\u{1b}[2J")),
     ("groups and extensions", || {
         let mut file = file_of("t.proto", vec![type_of("T0", vec![typed("g", 1, Type::Group, Some(".T0"))])]);
@@ -83,16 +73,19 @@ pub const CASES: &[Case] = &[
         let message = [[0x0b].repeat(5000), [0x0c].repeat(5000)].concat();
         of_schema_with("T0", &set(vec![file]), &message)
     }),
-    ("maps that are none", || {
-        let options = MessageOptions { map_entry: Some(true), ..Default::default() };
-        let with =
-            |name: &str, field| DescriptorProto { options: Some(options.clone()), ..type_of(name, field) };
-        let entry = with("E", vec![of_type("key", 1, ".E"), of_type("value", 2, ".T0")]);
-        let map = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".E") };
-        of_types_with(
-            vec![type_of("T0", vec![map]), entry, with("F", vec![])],
-            &block(1, &block(2, &[])).repeat(1000),
-        )
+    ("maps that are none", || of_entry(vec![of_type("key", 1, ".E"), of_type("value", 2, ".T0")])),
+    ("a map without keys and values", || of_entry(vec![])),
+    ("a map without values", || of_entry(vec![number(1)])),
+    ("a map of numbers as keys", || of_entry(vec![number(1), number(2)])),
+    ("options that mean something else", || {
+        // found by fuzzing: the set brings its own `FieldOptions`, whose `ctype` is a text, which cannot be read back
+        let own = forge::types("google.protobuf", "FieldOptions ctype:string", ("E", ["A", "B"]));
+        let name = vec![NamePart { name_part: "ctype".into(), is_extension: false }];
+        let string_value = Some(b"text".to_vec());
+        let option = UninterpretedOption { name, string_value, ..Default::default() };
+        let options = FieldOptions { uninterpreted_option: vec![option], ..Default::default() };
+        let field = FieldDescriptorProto { options: Some(options), ..number(1) };
+        of_schema("T0", &set(vec![own, file_of("t.proto", vec![type_of("T0", vec![field])])]))
     }),
     ("lists that cannot be packed", || {
         let options = Some(FieldOptions { packed: Some(true), ..Default::default() });
@@ -121,10 +114,8 @@ pub const CASES: &[Case] = &[
     }),
     ("types and labels that are none", || {
         let odd = |n, label, of| FieldDescriptorProto { label, r#type: of, ..number(n) };
-        of_types(vec![type_of(
-            "T0",
-            vec![odd(1, Some(99), None), odd(2, None, Some(99)), odd(3, Some(0), Some(-1))],
-        )])
+        let fields = vec![odd(1, Some(99), None), odd(2, None, Some(99)), odd(3, Some(0), Some(-1))];
+        of_types(vec![type_of("T0", fields)])
     }),
     ("a type that is an enumeration", || {
         let mut file = file_of("t.proto", vec![type_of("T0", vec![of_type("x", 1, ".E")])]);
@@ -175,51 +166,20 @@ pub const CASES: &[Case] = &[
         whole(&[compressed(&[definitions.concat(), message(1, &[]).repeat(2000)])], &[])
     }),
     ("keys of maps of a megabyte", || {
-        let chunk = |i: u8| {
-            let key = block(1, &vec![b'a' + i; 500_000]);
-            compressed(&[message_at(1, i.into(), &block(8, &[key, double(2, 1.0)].concat()))])
-        };
-        whole(
-            &[vec![lab(1, "Note"), channel(1, 1, "/note", &[])], (0..26).map(chunk).collect()].concat(),
-            &[],
-        )
+        let chunk = |i: u8| compressed(&[size_at(i.into(), &vec![b'a' + i; 500_000])]);
+        whole(&[lab_channel("Note", "/note", &[]), (0..26).flat_map(chunk).collect()], &[])
     }),
-    ("very many keys of maps", || {
-        let one = |i: u32| {
-            message_at(
-                1,
-                i.into(),
-                &block(8, &[block(1, format!("k{i}").as_bytes()), double(2, 1.0)].concat()),
-            )
-        };
-        whole(&[lab(1, "Note"), channel(1, 1, "/note", &[]), compressed(&[many(20_000, one)])], &[])
-    }),
+    ("very many keys of maps", || of_notes(many(20_000, |i| size_at(i.into(), format!("k{i}").as_bytes())))),
     ("lists in lists", || {
-        let inner = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("l", 1, ".U") };
-        let list = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..number(1) };
-        let types = vec![type_of("T0", vec![inner]), type_of("U", vec![list])];
-        let definitions =
-            [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])].concat();
         let data = block(1, &block(1, &1_f64.to_le_bytes())).repeat(9000);
-        whole(&[compressed(&[definitions, many(60, |i| message_at(1, i.into(), &data))])], &[])
+        let messages = many(60, |i| message_at(1, i.into(), &data));
+        whole(&[compressed(&[typed_channel("T0 l:[U]\nU list:[double]", "/a", &[]), messages])], &[])
     }),
     ("maps of wide messages with long keys", || {
-        let fields = (1..=1000).map(|n| FieldDescriptorProto {
-            proto3_optional: Some(true),
-            oneof_index: Some(n - 1),
-            ..number(n)
-        });
-        let mut value = type_of("V", fields.collect());
-        let oneof = |n: i32| OneofDescriptorProto { name: Some(format!("_f{n}")), options: None };
-        value.oneof_decl = (1..=1000).map(oneof).collect();
-        let options = MessageOptions { map_entry: Some(true), ..Default::default() };
-        let entry = vec![typed("key", 1, Type::String, None), of_type("value", 2, ".V")];
-        let entry = DescriptorProto { options: Some(options), ..type_of("MEntry", entry) };
-        let map =
-            FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".T0.MEntry") };
-        let of = DescriptorProto { nested_type: vec![entry], ..type_of("T0", vec![map]) };
+        let fields: String = (1..=1000).map(|n| format!(" f{n}:?double")).collect();
+        let file = forge::types("t", &format!("T0 m:map<string,V>\nV{fields}"), ("E", ["A", "B"]));
         let key = |i: u32| block(1, &block(1, format!("{i:0>1000}").as_bytes()));
-        of_types_with(vec![of, value], &many(900, key))
+        of_schema_with("t.T0", &set(vec![file]), &many(900, key))
     }),
     ("very many wide topics", || {
         let definitions =
@@ -230,32 +190,17 @@ pub const CASES: &[Case] = &[
     ("texts of megabytes in two topics", || {
         let text = block(3, &vec![b'x'; 1_000_000]);
         let one = |i: u64| compressed(&[message_at(1 + (i % 2) as u16, i, &text)]);
-        let definitions = vec![lab(1, "Note"), channel(1, 1, "/a", &[]), channel(2, 1, "/b", &[])];
-        whole(&[definitions, (0..30).map(one).collect()].concat(), &[])
+        let definitions = [lab_channel("Note", "/a", &[]), channel(2, 1, "/b", &[])].concat();
+        whole(&[definitions, (0..30).flat_map(one).collect()], &[])
     }),
     ("a list of half a million numbers", || {
-        let numbers = block(5, &vec![0; 8 * 450_000]);
-        whole(
-            &[
-                lab(1, "Profile"),
-                channel(1, 1, "/a", &[]),
-                compressed(&[message(1, &numbers), message(1, &numbers)]),
-            ],
-            &[],
-        )
+        let numbers = message(1, &block(5, &vec![0; 8 * 450_000]));
+        whole(&[lab_channel("Profile", "/a", &[]), compressed(&[numbers.clone(), numbers])], &[])
     }),
     ("messages as large as allowed", || {
-        let head = [lab(1, "Note"), channel(1, 1, "/note", &[])].concat();
-        let data = 15_000_000;
-        let one = crate::raw::record(
-            0x05,
-            &[&1_u16.to_le_bytes()[..], &[0; 20], &varint(7 << 3 | 2), &varint(data)].concat(),
-        );
-        // the length of the record counts the bytes that follow
-        let length = (one.len() - 9 + data) as u64;
-        let one = [&one[..1], &length.to_le_bytes(), &one[9..], &vec![1; data]].concat();
+        let one = message(1, &block(7, &vec![1; 15_000_000]));
         let chunk = chunk(one.len() as u64, b"zstd", &compressed_repeats(&one, 1));
-        whole(&[head, chunk.repeat(3)], &[])
+        whole(&[lab_channel("Note", "/note", &[]), chunk.repeat(3)], &[])
     }),
 ];
 
@@ -286,9 +231,19 @@ fn broken() -> Vec<u8> {
         block(8, &[0x0a, 0x05, b'a']),
         [&[0xf8, 0xff, 0xff, 0xff, 0xff, 0x01][..], &[0]].concat(),
     ];
-    let head = [lab(1, "Note"), channel(1, 1, "/note", &[])].concat();
-    let all: Vec<u8> = messages.iter().flat_map(|data| message(1, data)).collect();
-    whole(&[compressed(&[head, all])], &[])
+    of_notes(messages.iter().flat_map(|data| message(1, data)).collect())
+}
+
+/// The same with a channel of it.
+pub fn lab_channel(name: &str, topic: &str, metadata: &[u8]) -> Vec<u8> {
+    [lab(1, name), channel(1, 1, topic, metadata)].concat()
+}
+
+/// The schema of the first of some types, and a channel of it.
+pub fn typed_channel(types: &str, topic: &str, metadata: &[u8]) -> Vec<u8> {
+    let (name, _) = types.split_once(' ').expect("a field");
+    let file = forge::types("t", types, ("E", ["A", "B"]));
+    [schema(1, &format!("t.{name}"), &set(vec![file])), channel(1, 1, topic, metadata)].concat()
 }
 
 fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
@@ -304,6 +259,25 @@ fn of_syntax(syntax: &str) -> Vec<u8> {
     let mut file = file_of("e.proto", vec![type_of("A", vec![number(1)])]);
     file.syntax = Some(syntax.into());
     of_schema("A", &set(vec![file]))
+}
+
+/// Files by the numbers of those that they import publicly.
+fn of_imports(imports: &[impl AsRef<[usize]>]) -> Vec<u8> {
+    let name = |i: usize| format!("{i}.proto");
+    let file = |(i, imports): (usize, &[usize])| FileDescriptorProto {
+        dependency: imports.iter().copied().map(name).collect(),
+        public_dependency: (0..).take(imports.len()).collect(),
+        ..file_of(&name(i), vec![type_of(&format!("T{i}"), vec![])])
+    };
+    of_schema("T0", &set(imports.iter().map(AsRef::as_ref).enumerate().map(file).collect()))
+}
+
+/// A map whose entry has these fields.
+fn of_entry(fields: Vec<FieldDescriptorProto>) -> Vec<u8> {
+    let options = Some(MessageOptions { map_entry: Some(true), ..Default::default() });
+    let entry = DescriptorProto { options, ..type_of("E", fields) };
+    let map = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".E") };
+    of_types_with(vec![type_of("T0", vec![map]), entry], &block(1, &block(2, &[])).repeat(1000))
 }
 
 fn typed(name: &str, number: i32, kind: Type, type_name: Option<&str>) -> FieldDescriptorProto {
@@ -344,7 +318,16 @@ fn of_schema_with(name: &str, data: &[u8], content: &[u8]) -> Vec<u8> {
     whole(&[timed((0, 1_000_000_000), &records)], &[])
 }
 
-/// A message of the other tests, in a chunk.
+/// Messages `Note` of the other tests, in a chunk.
+fn of_notes(messages: Vec<u8>) -> Vec<u8> {
+    whole(&[lab_channel("Note", "/note", &[]), compressed(&[messages])], &[])
+}
+
 fn of_note(data: &[u8]) -> Vec<u8> {
-    whole(&[compressed(&[lab(1, "Note"), channel(1, 1, "/note", &[]), message(1, data)])], &[])
+    of_notes(message(1, data))
+}
+
+/// A note with one of its sizes.
+fn size_at(time: u64, key: &[u8]) -> Vec<u8> {
+    message_at(1, time, &block(8, &[block(1, key), double(2, 1.0)].concat()))
 }

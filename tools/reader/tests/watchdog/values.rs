@@ -1,24 +1,13 @@
 //! Hostile values: times, axes, JSON, texts, metadata of percuss, images.
 
-use prost_reflect::{
-    prost::Message,
-    prost_types::{
-        FileDescriptorSet,
-        field_descriptor_proto::{Label, Type},
-    },
-};
-
 use super::{
     Case,
     records::{many, timed},
-    types::lab,
+    types::{lab, lab_channel, typed_channel},
 };
-use crate::{
-    forge,
-    raw::{
-        Counts, attachment, block, channel, channel_of, compressed, double, first_offset, indexed, map,
-        message_at, metadata, metadata_index, record, schema, statistics, text, whole, whole_number,
-    },
+use crate::raw::{
+    Counts, attachment, block, channel, channel_of, compressed, double, first_offset, indexed, map,
+    message_at, metadata, metadata_index, record, statistics, text, whole, whole_number,
 };
 
 pub const CASES: &[Case] = &[
@@ -31,39 +20,17 @@ pub const CASES: &[Case] = &[
         let times = [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e308, -1e308, 0.0, -0.0, 5e-324];
         let one =
             |i: u32| message_at(1 + (i % 2) as u16, i.into(), &scalar(times[i as usize % 8], f64::from(i)));
-        whole(
-            &[
-                lab(1, "Scalar"),
-                channel(1, 1, "/a", &[]),
-                channel(2, 1, "/b", &[]),
-                compressed(&[many(800, one)]),
-            ],
-            &[],
-        )
+        of_two(many(800, one))
     }),
     ("fields of time all equal", || {
         let one = |i: u32| message_at(1 + (i % 2) as u16, i.into(), &scalar(1.0, f64::from(i)));
-        whole(
-            &[
-                lab(1, "Scalar"),
-                channel(1, 1, "/a", &[]),
-                channel(2, 1, "/b", &[]),
-                compressed(&[many(40_000, one)]),
-            ],
-            &[],
-        )
+        of_two(many(40_000, one))
     }),
     ("depths that are not sound", || {
         let sound = vec![0.0, 1.0, 1.0, 2.0];
-        let bad = [
-            vec![0.0, f64::NAN, 1.0, 2.0],
-            vec![0.0, 2.0, 1.0, 3.0],
-            vec![0.0; 3],
-            vec![0.0; 5],
-            vec![1e308; 4],
-        ];
-        let messages = [vec![(sound, 4)], bad.map(|depths| (depths, 4)).into(), vec![(vec![0.0; 4], 4000)]];
-        of_depths(&messages.concat())
+        let (unsound, unsorted) = (vec![0.0, f64::NAN, 1.0, 2.0], vec![0.0, 2.0, 1.0, 3.0]);
+        let all = [sound, unsound, unsorted, vec![0.0; 3], vec![0.0; 5], vec![1e308; 4]];
+        of_depths(&[&all.map(|depths| (depths, 4))[..], &[(vec![0.0; 4], 4000)]].concat())
     }),
     ("depths that all stand twice", || {
         let depths = |step: f64| (0..100_000).map(|i| f64::from(i / 2) * step).collect();
@@ -72,7 +39,7 @@ pub const CASES: &[Case] = &[
     ("values that are no numbers", || {
         let values = [f64::NAN, f64::INFINITY, -f64::INFINITY, f64::MAX, f64::MIN, 5e-324, -0.0];
         let one = |i: u32| message_at(1, u64::from(i) << 20, &scalar(f64::from(i), values[i as usize % 7]));
-        whole(&[lab(1, "Scalar"), channel(1, 1, "/drag", &[]), compressed(&[many(700, one)])], &[])
+        of_lab("Scalar", "/drag", &[], many(700, one))
     }),
     ("axes that are no axes", || {
         let steps = [f64::NAN, f64::INFINITY, 0.0, -1.0, 1e-320, 1e308, -0.0];
@@ -81,11 +48,8 @@ pub const CASES: &[Case] = &[
             let data = [double(3, start), double(4, step), block(5, &[0x3f; 8 * 20])].concat();
             message_at(1, u64::from(i) << 24, &data)
         };
-        let axis = map(&[("axis.p", "r0,dr"), ("unit.p", "Pa"), ("symmetry.p", "even")]);
-        whole(
-            &[lab(1, "Profile"), channel(1, 1, "/interface/stress", &axis), compressed(&[many(49, one)])],
-            &[],
-        )
+        let axis = [("axis.p", "r0,dr"), ("unit.p", "Pa"), ("symmetry.p", "even")];
+        of_lab("Profile", "/interface/stress", &axis, many(49, one))
     }),
     ("matrices of 10^12 values that are four", || {
         of_sizes(&[(1_000_000, 1_000_000, 4), (u32::MAX, u32::MAX, 1), (0, 0, 4)])
@@ -123,15 +87,8 @@ pub const CASES: &[Case] = &[
     }),
     ("JSON of numbers that are too large", || {
         let digits = "9".repeat(100_000);
-        of_json(
-            "",
-            &[
-                &format!("{{\"a\":{digits}}}"),
-                "{\"a\":1e999999999}",
-                "{\"a\":-1e-999999999}",
-                "{\"a\":18446744073709551616}",
-            ],
-        )
+        let numbers = [&digits, "1e999999999", "-1e-999999999", "18446744073709551616"];
+        of_json("", &numbers.map(|number| format!("{{\"a\":{number}}}")).each_ref().map(String::as_str))
     }),
     ("JSON with keys twice", || {
         of_json("", &["{\"a\":1,\"a\":2}", "{\"a\":{\"b\":1,\"b\":[]}}", "{\"a\":1}"])
@@ -183,20 +140,14 @@ pub const CASES: &[Case] = &[
     ("units that command a terminal", || {
         let wicked = "\u{1b}[2J\u{9b}1m\u{202e}\r\u{7}";
         let entries = map(&[("unit.force", wicked), ("meaning.force", wicked), ("unit.time", wicked)]);
-        whole(
-            &[
-                lab(1, "Scalar"),
-                channel(1, 1, wicked, &entries),
-                metadata(wicked, &[(wicked, wicked)]),
-                message_at(1, 0, &scalar(0.0, 1.0)),
-            ],
-            &[],
-        )
+        let message = message_at(1, 0, &scalar(0.0, 1.0));
+        let definitions = lab_channel("Scalar", wicked, &entries);
+        whole(&[definitions, metadata(wicked, &[(wicked, wicked)]), message], &[])
     }),
     ("units of 70 000 letters", || {
         let long = "x".repeat(70_000);
-        let entries = map(&[("unit.force", &long), ("unit.time", &long), (&format!("unit.{long}"), "")]);
-        whole(&[lab(1, "Scalar"), channel(1, 1, &long, &entries), message_at(1, 0, &scalar(0.0, 1.0))], &[])
+        let entries = [("unit.force", &*long), ("unit.time", &long), (&format!("unit.{long}"), "")];
+        of_lab("Scalar", &long, &entries, message_at(1, 0, &scalar(0.0, 1.0)))
     }),
     ("scales of percuss that are none", || {
         of_percuss(
@@ -234,12 +185,8 @@ pub const CASES: &[Case] = &[
         )
     }),
     ("a case of long keys", || {
-        let case = format!(
-            "[{}]\n{}",
-            "k".repeat(400_000),
-            (0..40_000).map(|i| format!("k{i}=1\n")).collect::<String>()
-        );
-        of_percuss(&[], case.as_bytes())
+        let keys: String = (0..40_000).map(|i| format!("k{i}=1\n")).collect();
+        of_percuss(&[], format!("[{}]\n{keys}", "k".repeat(400_000)).as_bytes())
     }),
     ("a case nested without end", || of_percuss(&[], format!("a = {}", "[".repeat(500_000)).as_bytes())),
     ("a case of dots", || of_percuss(&[], format!("{}a = 1", "a.".repeat(300_000)).as_bytes())),
@@ -250,28 +197,31 @@ pub const CASES: &[Case] = &[
     ("very many events", || {
         let one =
             |i: u32| message_at(1, u64::from(i) << 16, &block(3, "warning: \u{1b}[2J".repeat(50).as_bytes()));
-        let records = [
-            metadata("percuss.run", &[("format_version", "2.0")]),
-            lab(1, "Note"),
-            channel(1, 1, "/event", &[]),
-        ];
-        whole(&[records.concat(), compressed(&[many(20_000, one)])], &[])
+        let run = metadata("percuss.run", &[("format_version", "2.0")]);
+        whole(&[run, lab_channel("Note", "/event", &[]), compressed(&[many(20_000, one)])], &[])
     }),
     ("compressed images that are none", || {
         let data = [&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], &[0xff; 8], &[16, 6, 0, 0, 0]].concat();
         let image = [block(2, &data), block(3, b"png")].concat();
         let jpeg = [block(2, &[0xff, 0xd8, 0xff, 0xc0, 0, 17, 8, 0xff, 0xff, 0xff, 0xff]), block(3, b"jpeg")]
             .concat();
-        whole(
-            &[camera(), channel(1, 1, "/camera", &[]), message_at(1, 0, &image), message_at(1, 1, &jpeg)],
-            &[],
-        )
+        let camera = typed_channel("Image stamp:double data:bytes format:string", "/camera", &[]);
+        whole(&[camera, message_at(1, 0, &image), message_at(1, 1, &jpeg)], &[])
     }),
 ];
 
-/// A message `Scalar` of the tests.
 fn scalar(time: f64, force: f64) -> Vec<u8> {
     [double(2, time), double(3, force)].concat()
+}
+
+/// Messages of a type of the tests.
+fn of_lab(name: &str, topic: &str, metadata: &[(&str, &str)], messages: Vec<u8>) -> Vec<u8> {
+    whole(&[lab_channel(name, topic, &map(metadata)), compressed(&[messages])], &[])
+}
+
+/// Numbers of two topics.
+fn of_two(messages: Vec<u8>) -> Vec<u8> {
+    whole(&[lab_channel("Scalar", "/a", &[]), channel(2, 1, "/b", &[]), compressed(&[messages])], &[])
 }
 
 /// Messages of three topics, with an index.
@@ -297,19 +247,8 @@ fn slice([dr, dz]: [f64; 2], [nr, nz]: [u32; 2], length: usize) -> Vec<u8> {
 
 /// Matrices of one column with these depths and values for so many rows, and profiles of as many.
 fn of_depths(messages: &[(Vec<f64>, u32)]) -> Vec<u8> {
-    let field = |name: &str, number, kind| forge::field(name, number, Label::Optional, kind, None);
-    let list = |name: &str, number, kind| forge::field(name, number, Label::Repeated, kind, None);
-    let mut fields: Vec<_> =
-        ["r0", "dr", "z0", "dz"].into_iter().zip(1..).map(|(name, i)| field(name, i, Type::Double)).collect();
-    fields.extend([field("nr", 5, Type::Uint32), field("nz", 6, Type::Uint32)]);
-    fields.extend([
-        list("values", 7, Type::Float),
-        list("line", 8, Type::Double),
-        list("z", 9, Type::Double),
-    ]);
-    let set = FileDescriptorSet {
-        file: vec![forge::file_of("depths.proto", vec![forge::type_of("Depths", fields)])],
-    };
+    let types = "Depths r0:double dr:double z0:double dz:double nr:uint32 nz:uint32 values:[float] \
+                 line:[double] z:[double]";
     let axes = map(&[("axis.values", "z0,dz,nz,z;r0,dr,nr"), ("axis.line", "z0,dz,z")]);
     let layers = [("layers", "1000000000"), ("layer.1.top", "nan"), ("layer.1.bottom", "1e999")];
     let bytes = |numbers: &[f64]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
@@ -320,16 +259,14 @@ fn of_depths(messages: &[(Vec<f64>, u32)]) -> Vec<u8> {
         message_at(1, i << 20, &[steps.concat(), values, line, block(9, &bytes(depths))].concat())
     };
     let messages = (0..).zip(messages).flat_map(message).collect();
-    let run = metadata("percuss.run", &layers);
-    let schema = schema(1, "Depths", &set.encode_to_vec());
-    whole(&[run, schema, channel(1, 1, "/field/stress", &axes), compressed(&[messages])], &[])
+    let definitions = typed_channel(types, "/field/stress", &axes);
+    whole(&[metadata("percuss.run", &layers), definitions, compressed(&[messages])], &[])
 }
 
-/// A recording of matrices.
 fn of_slices(messages: Vec<u8>) -> Vec<u8> {
     let axis = map(&[("axis.values", "z0,dz,nz;r0,dr,nr")]);
     let run = metadata("percuss.run", &[("format_version", "2.0")]);
-    whole(&[run, lab(1, "Slice"), channel(1, 1, "/field/stress", &axis), compressed(&[messages])], &[])
+    whole(&[run, lab_channel("Slice", "/field/stress", &axis), compressed(&[messages])], &[])
 }
 
 /// Matrices by their numbers of rows, of columns and of values.
@@ -339,8 +276,7 @@ fn of_sizes(slices: &[(u32, u32, usize)]) -> Vec<u8> {
 
 /// A profile of 20 elements whose channel says this of its axes.
 fn of_axes(axes: &[(&str, &str)]) -> Vec<u8> {
-    let channel = channel(1, 1, "/a", &map(axes));
-    whole(&[lab(1, "Profile"), channel, message_at(1, 0, &block(5, &[0; 160]))], &[])
+    of_lab("Profile", "/a", axes, message_at(1, 0, &block(5, &[0; 160])))
 }
 
 fn nested(depth: usize) -> String {
@@ -351,16 +287,11 @@ fn keys(from: usize, count: usize) -> String {
     (from..from + count).map(|i| format!("\"k{i}\":[{i}]")).collect::<Vec<_>>().join(",")
 }
 
-/// A schema and a channel of JSON messages.
-fn json_channel(schema: &str, topic: &str) -> Vec<u8> {
-    let schema = [&[1, 0][..], &text(b"J"), &text(b"jsonschema"), &text(schema.as_bytes())].concat();
-    [record(0x03, &schema), channel_of(1, 1, topic, "json", &[])].concat()
-}
-
 fn of_json(schema: &str, messages: &[&str]) -> Vec<u8> {
-    let messages =
-        (0..).zip(messages).flat_map(|(i, json)| message_at(1, i, json.as_bytes())).collect::<Vec<u8>>();
-    whole(&[json_channel(schema, "/json"), compressed(&[messages])], &[])
+    let schema = [&[1, 0][..], &text(b"J"), &text(b"jsonschema"), &text(schema.as_bytes())].concat();
+    let messages = (0..).zip(messages).flat_map(|(i, json)| message_at(1, i, json.as_bytes())).collect();
+    let channel = channel_of(1, 1, "/json", "json", &[]);
+    whole(&[record(0x03, &schema), channel, compressed(&[messages])], &[])
 }
 
 /// A recording of percuss with a drag, and with its case.
@@ -373,17 +304,8 @@ fn of_percuss(run: &[(&str, &str)], case: &[u8]) -> Vec<u8> {
         metadata("percuss.summary", &[("peak_force", "NaN"), ("impulse", "1e999"), ("t_ext", "\n")]),
         attachment("case.resolved.toml", case),
         attachment("case.toml", case),
-        lab(1, "Scalar"),
-        channel(1, 1, "/drag", &map(&[("unit.force", "πR²γc_p²"), ("unit.time", "R/c_p")])),
+        lab_channel("Scalar", "/drag", &map(&[("unit.force", "πR²γc_p²"), ("unit.time", "R/c_p")])),
         timed((0, 199 << 20), &drag),
     ];
     whole(&records, &[])
-}
-
-/// A schema with the fields of a compressed image.
-fn camera() -> Vec<u8> {
-    let field = |name: &str, number, kind| forge::field(name, number, Label::Optional, kind, None);
-    let fields = vec![field("data", 2, Type::Bytes), field("format", 3, Type::String)];
-    let image = forge::file_of("image.proto", vec![forge::type_of("Image", fields)]);
-    schema(1, "Image", &FileDescriptorSet { file: vec![image] }.encode_to_vec())
 }

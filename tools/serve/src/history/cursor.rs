@@ -15,7 +15,6 @@ const READ_BYTES: usize = 256 << 10;
 /// The place of a viewer in the list, and its subscriptions.
 #[derive(Debug)]
 pub struct Cursor {
-    /// The viewer.
     viewer: u64,
     /// Number of the next entry that it reads.
     next: u64,
@@ -35,7 +34,6 @@ impl Cursor {
         self.subscriptions.iter().map(|(channel, (id, _))| (*channel, *id))
     }
 
-    /// Ends subscriptions.
     pub fn unsubscribe(&mut self, ids: &BTreeSet<u32>) {
         self.subscriptions.retain(|_, (known, _)| !ids.contains(known));
     }
@@ -49,7 +47,6 @@ impl Cursor {
 }
 
 impl History {
-    /// The place of a new viewer.
     pub fn cursor(&self, viewer: u64) -> Cursor {
         Cursor {
             viewer,

@@ -8,7 +8,7 @@ use mcap::{
     sans_io::linear_reader::{LinearReader, LinearReaderOptions},
 };
 
-use super::{CHECKSUMS_COUNT, LARGE, LeftOut, Open, Outer, PREFIX, Part, Scan, parse};
+use super::{CHECKSUMS_COUNT, LARGE, LeftOut, Open, Outer, PREFIX, Part, Scan, block, parse};
 
 impl Scan {
     /// Reads the next record of the file into `body`; chunks are opened.
@@ -56,54 +56,78 @@ impl Scan {
         Ok(Outer::Record { offset, opcode })
     }
 
+    /// Adds a record to the checksum of its part of the file, and compares where the part ends.
+    pub(super) fn check_crc(&mut self, offset: u64, opcode: u8, prefix: &[u8]) {
+        let saved = match opcode {
+            op::DATA_END | op::FOOTER => match parse(opcode, &self.body, self.limits.record()) {
+                Ok(Record::DataEnd(end)) => Some(end.data_section_crc),
+                Ok(Record::Footer(footer)) => Some(footer.summary_crc),
+                _ => None,
+            },
+            _ => None,
+        };
+        // of a sound end of the data nothing is part of a checksum, of a sound footer all but the checksum itself
+        let covered = match (opcode, saved) {
+            (op::DATA_END, Some(_)) => None,
+            (op::FOOTER, Some(_)) => Some(&self.body[..self.body.len().saturating_sub(4)]),
+            _ => Some(&self.body[..]),
+        };
+        if let (Some(crc), Some(covered)) = (&mut self.crc, covered) {
+            crc.update(prefix);
+            crc.update(covered);
+        }
+        if let Some(saved) = saved {
+            let calculated = self.crc.take().map(crc32fast::Hasher::finalize);
+            let wrong = calculated.filter(|&calculated| CHECKSUMS_COUNT && saved != 0 && saved != calculated);
+            if let Some(calculated) = wrong.filter(|_| !self.has_damage()) {
+                let part = if opcode == op::DATA_END { "data section" } else { "summary" };
+                let reason =
+                    format!("CRC of the {part} failed: {saved:08x} is saved, {calculated:08x} found");
+                self.damage(offset, 0, reason);
+            }
+        }
+        if opcode == op::DATA_END && self.part == Part::Data {
+            self.part = Part::Summary;
+            self.crc = Some(crc32fast::Hasher::new());
+        }
+    }
+
     /// Reads an attachment that has no room: its header stays, its content is verified and left out.
     fn attachment_in_pieces(&mut self, offset: u64, prefix: &[u8], length: u64) -> io::Result<Outer> {
         /// Bytes that are read at once; the header has to be in the first of them.
-        const PIECE: usize = 1 << 16;
-        /// Bytes of a checksum.
+        const PIECE: u64 = 1 << 16;
         const CRC: u64 = 4;
-        self.body.resize(PIECE, 0);
+        self.body.resize(PIECE.min(length) as usize, 0);
         self.source.read_exact(&mut self.body)?;
-        let text = |at: usize| {
-            let length = self
-                .body
-                .get(at..at + 4)?
-                .try_into()
-                .map_or(usize::MAX, |bytes| u32::from_le_bytes(bytes) as usize);
-            (at + 4).checked_add(length).filter(|end| *end < PIECE)
-        };
         // two times, name, media type, and the length of the content
-        let head = text(8 + 8).and_then(text).filter(|end| end + 8 <= PIECE);
-        let stated = |head: usize| u64::from_le_bytes(self.body[head..head + 8].try_into().unwrap_or([0; 8]));
-        let content = head.map_or(0, |head| length.saturating_sub(head as u64 + 8 + CRC));
-        let Some(head) = head.filter(|&head| stated(head) == content) else {
+        let stated = self.body.get(8 + 8..).and_then(|mut rest| {
+            block(&mut rest)?;
+            block(&mut rest)?;
+            let (content, rest) = rest.split_first_chunk()?;
+            Some((self.body.len() - rest.len(), u64::from_le_bytes(*content)))
+        });
+        let fits = |(head, content): &(usize, u64)| content.checked_add(*head as u64 + CRC) == Some(length);
+        let Some((head, content)) = stated.filter(fits) else {
             return self.resynchronise(offset, "the lengths inside an attachment are wrong".into());
         };
+        self.source.seek(SeekFrom::Start(offset + PREFIX + head as u64))?;
+        self.body.truncate(head);
+        let header = std::mem::take(&mut self.body);
         let (mut own, mut of_content) = (crc32fast::Hasher::new(), crc32fast::Hasher::new());
-        let (mut left, mut first, mut saved) = (length, true, [0; CRC as usize]);
-        if let Some(crc) = &mut self.crc {
-            crc.update(prefix);
-        }
-        let mut piece = std::mem::take(&mut self.body);
-        let header = piece[..head].to_vec();
+        own.update(&header);
+        let mut whole = self.crc.take();
+        whole.iter_mut().for_each(|crc| [prefix, &header].into_iter().for_each(|part| crc.update(part)));
+        let mut left = content;
         while left > 0 {
-            if !first {
-                piece.resize(PIECE.min(usize::try_from(left).unwrap_or(PIECE)), 0);
-                self.source.read_exact(&mut piece)?;
-            }
-            if let Some(crc) = &mut self.crc {
-                crc.update(&piece);
-            }
-            // the checksum at the end may begin in the piece before the last
-            let end = usize::try_from(left.saturating_sub(CRC)).unwrap_or(PIECE).min(piece.len());
-            own.update(&piece[..end]);
-            of_content.update(&piece[if first { head + 8 } else { 0 }..end]);
-            for (i, byte) in piece.iter().enumerate().skip(end) {
-                saved[(CRC - (left - i as u64)) as usize] = *byte;
-            }
-            left -= piece.len() as u64;
-            first = false;
+            self.body.resize(PIECE.min(left) as usize, 0);
+            self.source.read_exact(&mut self.body)?;
+            left -= self.body.len() as u64;
+            [&mut own, &mut of_content].into_iter().chain(&mut whole).for_each(|crc| crc.update(&self.body));
         }
+        let mut saved = [0; CRC as usize];
+        self.source.read_exact(&mut saved)?;
+        whole.iter_mut().for_each(|crc| crc.update(&saved));
+        self.crc = whole;
         self.read += length;
         self.position = offset + PREFIX + length;
         let (saved, found) = (u32::from_le_bytes(saved), own.finalize());
@@ -114,7 +138,7 @@ impl Scan {
         }
         self.left_out = Some(LeftOut { size: content, crc: of_content.finalize() });
         // as if it were empty, without a checksum
-        self.body = [header, vec![0; 8 + CRC as usize]].concat();
+        self.body = [&header[..head - 8], &[0; 8 + CRC as usize]].concat();
         Ok(Outer::Record { offset, opcode: op::ATTACHMENT })
     }
 
@@ -123,7 +147,6 @@ impl Scan {
         self.index.chunks.range(offset + 1..end.max(offset + 1)).next().is_some()
     }
 
-    /// Why a record cannot be read.
     fn refusal(&self, offset: u64, opcode: u8, length: u64, end: u64) -> Option<String> {
         let limit = self.limits.record();
         match () {
@@ -194,13 +217,13 @@ impl Scan {
             _ => (0, false),
         };
         let is_large = self.body.len().max(claimed) > LARGE;
-        let refusal = (claimed > limit).then(|| {
-            format!(
+        let refusal = match (claimed > limit, overflows) {
+            (true, _) => Some(format!(
                 "a chunk that decompresses to {claimed} bytes exceeds the limit of {limit} (--max-memory)"
-            )
-        });
-        let refusal =
-            refusal.or_else(|| overflows.then(|| "a record that is longer than its chunk".to_owned()));
+            )),
+            (_, true) => Some("a record that is longer than its chunk".into()),
+            _ => None,
+        };
         if refusal.is_none() {
             self.feed(prefix);
         }

@@ -1,6 +1,6 @@
 //! From JSON text to the lists of the leaves, without a tree in between: what a message takes is spent as it is read.
 
-use std::fmt;
+use std::{borrow::Cow, fmt};
 
 use serde::{
     Deserialize,
@@ -20,7 +20,6 @@ use crate::{
     },
 };
 
-/// Decodes a message.
 pub(in crate::wire) fn decode(
     node: &Node,
     names: &Names,
@@ -32,10 +31,8 @@ pub(in crate::wire) fn decode(
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let result = match (names.is_value, node.slots.first()) {
         (true, Some(slot)) => {
-            let (inner, lengths) = (names.inner.get(&slot.number), lengths(node, names, slot));
-            let value = Value { walk: &mut walk, slot, names: inner, lengths, in_list: false, first: 0 };
             let mut seen = Seen::of(node);
-            value.deserialize(&mut json).and_then(|count| {
+            Value::of(&mut walk, node, names, slot).deserialize(&mut json).and_then(|count| {
                 seen.add(0, count, true);
                 walk.end(node, &seen)
             })
@@ -112,27 +109,16 @@ impl<'de> Visitor<'de> for Object<'_, '_> {
         // charge empty messages as well, to bound time
         walk.spend(node.slots.len())?;
         let mut seen = Seen::of(node);
-        while let Some(key) = map.next_key_seed(Key(names))? {
-            let slot = match key {
-                Ok(number) => node.find(number).map(|index| (index, &node.slots[index])),
-                Err(name) => {
-                    walk.keep(&name, map.next_value()?)?;
-                    continue;
-                }
+        while let Some(Name(name)) = map.next_key()? {
+            let Some(&number) = names.numbers.get(&*name) else {
+                walk.keep(&name, map.next_value()?)?;
+                continue;
             };
-            let Some((index, slot)) = slot.filter(|(index, _)| seen.count(*index) == 0) else {
+            let Some(index) = node.find(number).filter(|index| seen.count(*index) == 0) else {
                 return Err(A::Error::custom("a field is there twice"));
             };
-            let lengths = lengths(node, names, slot);
-            let names = names.inner.get(&slot.number);
-            let count = map.next_value_seed(Value {
-                walk: &mut *walk,
-                slot,
-                names,
-                lengths,
-                in_list: false,
-                first: 0,
-            })?;
+            let slot = &node.slots[index];
+            let count = map.next_value_seed(Value::of(walk, node, names, slot))?;
             if count > 0 {
                 seen.add(index, count, slot.is_list);
             }
@@ -141,28 +127,9 @@ impl<'de> Visitor<'de> for Object<'_, '_> {
     }
 }
 
-/// Number of a field, or its name if it is not known.
-struct Key<'a>(&'a Names);
-
-impl<'de> DeserializeSeed<'de> for Key<'_> {
-    type Value = Result<u32, String>;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
-        deserializer.deserialize_str(self)
-    }
-}
-
-impl Visitor<'_> for Key<'_> {
-    type Value = Result<u32, String>;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a name")
-    }
-
-    fn visit_str<E>(self, name: &str) -> Result<Self::Value, E> {
-        Ok(self.0.numbers.get(name).copied().ok_or_else(|| name.to_owned()))
-    }
-}
+/// The name of a field, which is copied only where characters of it are escaped.
+#[derive(Deserialize)]
+struct Name<'a>(#[serde(borrow)] Cow<'a, str>);
 
 /// The value of a field, or an element of an array; how many values it is.
 struct Value<'w, 'a> {
@@ -174,12 +141,6 @@ struct Value<'w, 'a> {
     in_list: bool,
     /// Number of the element among all of the array.
     first: u64,
-}
-
-/// The leaf of the places and lengths of arrays in an array.
-fn lengths(node: &Node, names: &Names, slot: &Slot) -> Option<usize> {
-    let lengths = &node.slots[node.find(*names.lengths.get(&slot.number)?)?];
-    if let Content::Scalar(scalar) = &lengths.content { Some(scalar.leaf) } else { None }
 }
 
 impl<'de> DeserializeSeed<'de> for Value<'_, '_> {
@@ -198,7 +159,17 @@ impl<'de> DeserializeSeed<'de> for Value<'_, '_> {
     }
 }
 
-impl Value<'_, '_> {
+impl<'w, 'a> Value<'w, 'a> {
+    /// That of a field of a message.
+    fn of(walk: &'w mut Walk<'a>, node: &Node, names: &'w Names, slot: &'w Slot) -> Self {
+        let lengths = names.lengths.get(&slot.number).and_then(|number| node.find(*number));
+        let lengths = lengths.and_then(|index| match &node.slots[index].content {
+            Content::Scalar(scalar) => Some(scalar.leaf),
+            Content::Message { .. } => None,
+        });
+        Self { walk, slot, names: names.inner.get(&slot.number), lengths, in_list: false, first: 0 }
+    }
+
     /// A text as it is, anything else in the form of JSON.
     fn text<E: Error>(self, value: &str) -> Result<u64, E> {
         if value == "null" && !self.in_list {

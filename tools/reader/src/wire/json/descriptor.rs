@@ -91,7 +91,6 @@ impl Builder {
     }
 }
 
-/// A field as it is declared.
 fn proto(
     name: String,
     number: i32,

@@ -14,15 +14,19 @@ impl Shape {
     /// Takes in what a message says; what is no JSON says nothing from there on.
     pub(crate) fn observe(&mut self, bytes: &[u8], budget: &mut Budget) {
         let mut json = serde_json::Deserializer::from_slice(bytes);
-        let rounded = &mut Rounded::of(bytes);
-        let observer =
-            Observer { shape: self, depth: 0, in_list: false, nested: &mut false, budget, rounded };
+        let message = &mut Message { budget, rounded: Rounded::of(bytes) };
+        let observer = Observer { shape: self, depth: 0, in_list: false, nested: &mut false, message };
         // a message that breaks off is reported where it is decoded
         let _ = observer.deserialize(&mut json);
     }
 }
 
-/// Looks at one value.
+/// A message that is looked at.
+struct Message<'m> {
+    budget: &'m mut Budget,
+    rounded: Rounded<'m>,
+}
+
 struct Observer<'a, 'm> {
     shape: &'a mut Shape,
     depth: usize,
@@ -30,8 +34,7 @@ struct Observer<'a, 'm> {
     in_list: bool,
     /// Set where an array is in an array.
     nested: &'a mut bool,
-    budget: &'a mut Budget,
-    rounded: &'a mut Rounded<'m>,
+    message: &'a mut Message<'m>,
 }
 
 impl<'de> DeserializeSeed<'de> for Observer<'_, '_> {
@@ -75,7 +78,7 @@ impl<'de> Visitor<'de> for Observer<'_, '_> {
                 *self.shape = Shape::Text;
             }
         } else {
-            let is_rounded = self.rounded.holds(value, self.budget);
+            let is_rounded = self.message.rounded.holds(value, self.message.budget);
             self.shape.meet(if is_rounded { Shape::Text } else { Shape::Number });
         }
         Ok(())
@@ -98,39 +101,28 @@ impl<'de> Visitor<'de> for Observer<'_, '_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
-        let Self { shape, depth, in_list, nested, budget, rounded } = self;
-        if matches!(shape, Shape::Unknown) && !in_list {
-            *shape = Shape::List(Box::default());
-        }
+        let Self { shape, depth, in_list, nested, message } = self;
         if in_list {
             *nested = true;
+        } else if matches!(shape, Shape::Unknown) {
+            *shape = Shape::List(Box::default());
+        } else if !matches!(shape, Shape::List(_) | Shape::Nested(_)) {
+            shape.meet(Shape::Text);
         }
         let mut has_nested = false;
-        {
-            let element = match shape {
+        loop {
+            let shape = match &mut *shape {
                 Shape::List(element) | Shape::Nested(element) if !in_list => element.as_mut(),
-                _ if in_list => &mut *shape,
-                _ => {
-                    shape.meet(Shape::Text);
-                    &mut *shape
-                }
+                shape => shape,
             };
-            let nested = if in_list { nested } else { &mut has_nested };
-            loop {
-                let next = Observer {
-                    shape: &mut *element,
-                    depth,
-                    in_list: true,
-                    nested: &mut *nested,
-                    budget: &mut *budget,
-                    rounded: &mut *rounded,
-                };
-                if sequence.next_element_seed(next)?.is_none() {
-                    break;
-                }
+            let nested = &mut has_nested;
+            let next = Observer { shape, depth, in_list: true, nested, message: &mut *message };
+            if sequence.next_element_seed(next)?.is_none() {
+                break;
             }
         }
         if let Shape::List(element) = shape
+            && !in_list
             && has_nested
         {
             *shape = Shape::Nested(std::mem::take(element));
@@ -139,27 +131,20 @@ impl<'de> Visitor<'de> for Observer<'_, '_> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
-        let Self { shape, depth, budget, rounded, .. } = self;
+        let Self { shape, depth, message, .. } = self;
         if matches!(shape, Shape::Unknown) && depth < MAX_DEPTH {
             *shape = Shape::Object(Fields::default());
         }
         while let Some(name) = map.next_key::<String>()? {
             let inner = match &mut *shape {
-                Shape::Object(fields) => field(fields, &name, budget),
+                Shape::Object(fields) => field(fields, &name, message.budget),
                 _ => None,
             };
             match inner {
                 Some(shape) => {
-                    let depth = depth + 1;
-                    let nested = &mut false;
-                    map.next_value_seed(Observer {
-                        shape,
-                        depth,
-                        in_list: false,
-                        nested,
-                        budget: &mut *budget,
-                        rounded: &mut *rounded,
-                    })?;
+                    let (depth, nested) = (depth + 1, &mut false);
+                    let message = &mut *message;
+                    map.next_value_seed(Observer { shape, depth, in_list: false, nested, message })?;
                 }
                 None => drop(map.next_value::<IgnoredAny>()?),
             }

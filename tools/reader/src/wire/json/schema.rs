@@ -6,7 +6,7 @@
 use std::fmt;
 
 use indexmap::IndexMap;
-use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor, value::SeqAccessDeserializer};
 
 use super::{Fields, MAX_DEPTH, Shape, field};
 use crate::recording::Budget;
@@ -115,12 +115,8 @@ impl<'de> Visitor<'de> for Builder {
         Ok(Tree::Text(text.to_owned()))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<Tree, A::Error> {
-        let mut items = Vec::new();
-        while let Some(item) = sequence.next_element()? {
-            items.push(item);
-        }
-        Ok(Tree::List(items))
+    fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> Result<Tree, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(sequence)).map(Tree::List)
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tree, A::Error> {

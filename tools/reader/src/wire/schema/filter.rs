@@ -35,11 +35,8 @@ struct Element {
 /// What becomes of a field.
 #[derive(Clone, Copy)]
 enum Part {
-    /// A number.
     Number,
-    /// A text.
     Text,
-    /// A message.
     Inner(&'static Element),
     /// Options, of which one, a truth value, is kept.
     Options(u32),
@@ -158,7 +155,6 @@ impl Filter {
         Ok(())
     }
 
-    /// Copies what is used of a message.
     fn message(
         &mut self,
         element: &Element,
@@ -288,12 +284,10 @@ fn check_name(length: usize) -> Result<(), SchemaError> {
     Ok(())
 }
 
-/// The last text with a field number.
 fn last_text(bytes: &[u8], wanted: u32) -> Result<Option<&[u8]>, DecodeError> {
     last(bytes, (wanted, 2))?.map(|mut wire| wire.block()).transpose()
 }
 
-/// The last number with a field number.
 fn last_number(bytes: &[u8], wanted: u32) -> Result<Option<u64>, DecodeError> {
     last(bytes, (wanted, 0))?.map(|mut wire| wire.varint()).transpose()
 }
