@@ -28,10 +28,6 @@ const MAX_ENTRIES: usize = 1000;
 ///
 /// * `extent`: gives how far the array of a leaf reaches over all messages; asked only where it is needed. If it knows no
 ///   positions, none are refused
-///
-/// # Errors
-///
-/// The selection does not fit the channel.
 pub fn columns(
     channel: &Channel,
     selection: &Selection,

@@ -5,9 +5,8 @@ use std::{collections::BTreeSet, path::PathBuf};
 use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
-    axes::{Line, labelled, panel, time_label},
-    cut::{cut, part, visible},
-    request::{Drawn, Request},
+    Drawn, Request,
+    axes::{Line, cut, labelled, panel, part, time_label, visible},
 };
 use crate::{
     axis::Axis,
@@ -22,9 +21,9 @@ use crate::{
     select::Bound,
     slice::{Profile, Slice, mismatch, moments, profile, slice},
     units::Units,
+    verb::Losses,
 };
 
-/// Profiles and images at some times.
 struct Frames {
     profiles: Vec<Named>,
     images: Vec<(Slice, String)>,
@@ -48,7 +47,8 @@ pub(super) fn at_times(
     medium: Medium,
 ) -> Result<Drawn, Failure> {
     let used = Used::new(&request.selection);
-    let (mut frames, mut damages) = (Frames { profiles: Vec::new(), images: Vec::new(), used }, Vec::new());
+    let mut frames = Frames { profiles: Vec::new(), images: Vec::new(), used };
+    let mut losses = Losses::default();
     for (path, name) in paths.iter().zip(names(paths)) {
         let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
         let (recording, ids) = request.open_arrays(path, limits)?;
@@ -56,14 +56,14 @@ pub(super) fn at_times(
             // other frames may reach farther
             let holds_matrix = Axis::matrices(&recording.channels[&id]).next().is_some();
             let (moments, extents, damaged) = moments(&recording, id, times, holds_matrix)?;
-            damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
+            losses.damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
             frames.take(&file, &recording, id, (&moments, &extents), request)?;
         }
         let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
         frames.used.check(&request.selection, &channels)?;
     }
     let (picture, remark) = frames.draw(request, title, medium)?;
-    Ok(Drawn { picture, damages, remark, ..Drawn::default() })
+    Ok(Drawn { picture, losses, notes: remark.into_iter().collect() })
 }
 
 /// True if a channel has something that can be drawn at one time.
@@ -73,7 +73,6 @@ fn holds_arrays(channel: &Channel) -> bool {
 }
 
 impl Frames {
-    /// The fields of a channel at some times.
     fn take(
         &mut self,
         file: &str,
@@ -117,7 +116,7 @@ impl Frames {
                     self.profiles.push(Named::new(file, channel, profile, &request.units));
                 } else if axis.is_matrix() {
                     let slice = slice(channel, *leaf, moment).ok_or_else(mismatch)?;
-                    let extent = extents.of(id, *leaf);
+                    let extent = extents.get(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
                     let layers = recording.layers(&slice.axes[0].name);
                     self.matrix(file, channel, Slice { layers, ..slice }, &extent, &fitting, &request.units)?;
@@ -127,7 +126,6 @@ impl Frames {
         Ok(())
     }
 
-    /// A matrix as an image, or along lines.
     fn matrix(
         &mut self,
         file: &str,
@@ -149,7 +147,6 @@ impl Frames {
         Ok(())
     }
 
-    /// The picture, and what is to be said of it.
     fn draw(
         &self,
         request: &Request,

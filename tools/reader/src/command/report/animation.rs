@@ -33,12 +33,10 @@ fn picture(section: Section, pixels: f64) -> Option<Picture> {
     is_picture.then_some(Picture { section, size, pixel, frames: Vec::new() })
 }
 
-/// A section in pixels.
 struct Picture {
     section: Section,
     /// Rows and columns.
     size: (usize, usize),
-    /// Edge of a pixel.
     pixel: f64,
     frames: Vec<String>,
 }

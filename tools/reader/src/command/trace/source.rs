@@ -23,7 +23,6 @@ use crate::{
     wire::{List, Values},
 };
 
-/// A file and what of it is traced.
 pub(super) struct Traced {
     pub(super) recording: Recording,
     pub(super) name: String,
@@ -68,7 +67,7 @@ impl Traced {
             let channel = &recording.channels[&id];
             let mut extent = |leaf: usize| {
                 let extents = extents.get_or_insert_with(|| Extents::read(&recording, &ids));
-                let extent = extents.as_ref().map_or_else(|_| Extent::default(), |known| known.of(id, leaf));
+                let extent = extents.as_ref().map_or_else(|_| Extent::default(), |known| known.get(id, leaf));
                 // what is still to be written may reach farther
                 if request.follow { Extent { reaches: Vec::new(), ..extent } } else { extent }
             };
@@ -196,7 +195,6 @@ fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<
     fits(&fields, &at).then_some(Selection { fields, at, for_curves })
 }
 
-/// The samples of a file.
 pub(super) struct Stream<'a> {
     pub(super) file: &'a Traced,
     pub(super) messages: Messages<'a>,
@@ -209,19 +207,13 @@ pub(super) struct Stream<'a> {
     pub(super) done: bool,
 }
 
-pub(super) enum Step {
-    Sample(usize, Instant, Vec<Cell>),
-    Pending,
-    Over,
-}
-
 impl Stream<'_> {
     pub(super) fn slots(&self) -> Range<usize> {
         self.base..self.base + self.file.slots.len()
     }
 
-    /// The next sample of the time asked for.
-    pub(super) fn next(&mut self, request: &Request) -> Result<Step, Failure> {
+    /// The next sample; none for now, or for good if it is done then.
+    pub(super) fn next(&mut self, request: &Request) -> Result<Option<(usize, Instant, Vec<Cell>)>, Failure> {
         loop {
             let (file, hidden, by_log_time) = (self.file, &mut self.hidden, self.by_log_time);
             let next = self.messages.next(|next| {
@@ -253,14 +245,13 @@ impl Stream<'_> {
             match next {
                 Some(Some((slot, time, cells))) => {
                     self.time = time;
-                    return Ok(Step::Sample(self.base + slot, time, cells));
+                    return Ok(Some((self.base + slot, time, cells)));
                 }
                 Some(None) => {}
-                None if self.messages.is_over() => {
-                    self.done = true;
-                    return Ok(Step::Over);
+                None => {
+                    self.done = self.messages.is_over();
+                    return Ok(None);
                 }
-                None => return Ok(Step::Pending),
             }
         }
     }
