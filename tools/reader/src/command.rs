@@ -1,6 +1,6 @@
 //! The verbs, one file each: their arguments, and what they do.
 //!
-//! A new verb is a file here with a [`Verb`](crate::verb::Verb), and its name in `cli.rs`.
+//! A new verb is a file here with a [`Verb`](crate::verb::Verb), and its name in `cli.rs` with the files that it reads.
 
 pub(crate) mod animate;
 pub(crate) mod cat;

@@ -15,7 +15,6 @@ use crate::{
 };
 
 pub use columns::columns;
-pub(crate) use selection::Used;
 pub use selection::{Positions, Selection, SelectionError};
 
 /// Largest number of columns of a table.

@@ -36,27 +36,22 @@ pub trait Verb: clap::Args {
     fn run(&self, limits: Limits) -> Result<Exit, Failure>;
 }
 
-/// How a verb has ended without an error.
+/// How a verb has ended without an error; its number is the exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Done.
-    Done,
+    Done = 0,
     /// Done, and the answer is no: recordings differ, a recording is not sound.
-    No,
-    /// Done with loss: the file is damaged or cut off.
-    Loss,
+    No = 1,
     /// There is no answer: what was asked for is not in what was read.
-    NoAnswer,
+    NoAnswer = 2,
+    /// Done with loss: the file is damaged or cut off.
+    Loss = 3,
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Done => Self::SUCCESS,
-            Exit::No => Self::from(1),
-            Exit::Loss => Self::from(3),
-            Exit::NoAnswer => Self::from(2),
-        }
+        Self::from(exit as u8)
     }
 }
 

@@ -31,7 +31,7 @@ use crate::{
     prefix::short,
     recording::{Budget, Damage, Limits},
     select::{self, Bound, Pattern, Window},
-    slice::{Profile, Slice, profile, shown_name, slice},
+    slice::{Profile, Slice, profile, slice},
     units::Units,
     verb::{Exit, Verb, Write, by_extension, loss, say},
 };
@@ -432,8 +432,10 @@ impl Moving {
     ) -> Result<Option<Self>, Failure> {
         let channel = &recording.channels[&id];
         let range = request.range.or(recording.colour_range(&channel.topic)).or_else(|| bounds.quantile());
-        let (Some(range), Some([rows, columns])) = (range, bounds.sides.clone()) else { return Ok(None) };
-        let part = bounds.part(range);
+        let part = range.and_then(|range| bounds.part(range));
+        let (Some(range), Some(frame)) = (range, bounds.largest.take()) else { return Ok(None) };
+        let (value, per_value) = prefixed(&frame.heading(), range, &request.units);
+        let Slice { rows, columns, axes: [row, _], .. } = frame;
         let count = |side: &Side, reach: Option<f64>| {
             let reach = reach.unwrap_or(f64::INFINITY);
             (0..side.length()).take_while(|i| side.at(*i) <= reach).count().max(2).min(side.length())
@@ -446,20 +448,16 @@ impl Moving {
         let part = [first.min(down - 1)..down, 0..count(&columns, part.map(|part| part.width))];
         let (rows, columns) = (rows.part(part[0].clone()), columns.part(part[1].clone()));
         let largest = |side: &Side| side.at(side.length() - 1).abs();
-        let length = Heading::new("r", bounds.length_unit.as_deref());
+        let length = Heading { name: "r".into(), ..row.clone() };
         let (length, per_length) = prefixed(&length, largest(&rows).max(largest(&columns)), &request.units);
-        let path = channel.layout.as_ref().map_or("", |layout| &layout.leaves[leaf].path);
-        let value = Heading::new(shown_name(&channel.topic, path), bounds.unit.as_deref());
-        let (value, per_value) = prefixed(&value, range, &request.units);
-        let row = bounds.coordinate.clone().unwrap_or_default();
-        let layers = recording.layers(&row).into_iter();
+        let layers = recording.layers(&row.name).into_iter();
         let scaled = rows.scaled(per_length);
         let depth = scaled.at(scaled.length() - 1);
         let tall = body.outline.last().map_or(0.0, |[_, f]| f * per_length);
         let image = Image {
             title: channel.topic.clone(),
             value_label: value.with_unit(),
-            row_label: Heading { name: row, ..length.clone() }.with_unit(),
+            row_label: Heading { name: row.name, ..length.clone() }.with_unit(),
             column_label: length.with_unit(),
             rows: scaled,
             columns: columns.scaled(per_length),

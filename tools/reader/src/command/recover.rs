@@ -130,7 +130,15 @@ pub fn recover(path: &Path, output: impl io::Write, limits: Limits) -> Result<Re
         .disable_seeking(true);
     let writer = options.create(NoSeek::new(BufWriter::new(output)))?;
     let mut scan = Scan::open(path, limits)?;
-    let mut copy = Copy::new(writer, limits);
+    let mut copy = Copy {
+        writer,
+        budget: Budget::new(limits.directory()),
+        result: Recovered::default(),
+        topics: BTreeMap::new(),
+        schemas: BTreeSet::new(),
+        unknown: BTreeMap::new(),
+        chunk: None,
+    };
     // the summary may name what the damaged part defined
     let index = Arc::clone(scan.index());
     for record in &index.directory {
@@ -203,18 +211,6 @@ struct Chunk {
 }
 
 impl<W: io::Write> Copy<W> {
-    fn new(writer: Writer<NoSeek<BufWriter<W>>>, limits: Limits) -> Self {
-        Self {
-            writer,
-            budget: Budget::new(limits.directory()),
-            result: Recovered::default(),
-            topics: BTreeMap::new(),
-            schemas: BTreeSet::new(),
-            unknown: BTreeMap::new(),
-            chunk: None,
-        }
-    }
-
     fn define(&mut self, record: &Record<'_>) -> Result<(), McapError> {
         let weight = match record {
             Record::Schema { header, data } if !self.schemas.contains(&header.id) => {

@@ -162,15 +162,9 @@ pub(super) struct Bounds {
     /// All of it.
     pub whole: Section,
     peaks: Peaks,
-    /// Rows and columns of the largest frame.
-    pub sides: Option<[Side; 2]>,
+    /// The largest frame, without its values.
+    pub largest: Option<Slice>,
     samples: Vec<f64>,
-    /// Of the values.
-    pub unit: Option<String>,
-    /// Of the sides.
-    pub length_unit: Option<String>,
-    /// Of the rows.
-    pub coordinate: Option<String>,
 }
 
 impl Bounds {
@@ -190,14 +184,9 @@ impl Bounds {
                 number == 1
             });
         }
-        self.unit = slice.unit;
-        let [Heading { unit, name, .. }, _] = slice.axes;
-        (self.length_unit, self.coordinate) = (unit, Some(name));
-        let is_longer = |known: &[Side; 2]| {
-            slice.rows.length() * slice.columns.length() > known[0].length() * known[1].length()
-        };
-        if self.sides.as_ref().is_none_or(is_longer) {
-            self.sides = Some([slice.rows, slice.columns]);
+        let size = |slice: &Slice| slice.rows.length() * slice.columns.length();
+        if self.largest.as_ref().is_none_or(|known| size(&slice) > size(known)) {
+            self.largest = Some(Slice { values: Vec::new(), ..slice });
         }
     }
 
@@ -210,7 +199,7 @@ impl Bounds {
     /// The part of the section with values above a share of the range; `None` if that is most of it, or nothing.
     pub(super) fn part(&self, range: f64) -> Option<Section> {
         let [rows, columns] = self.peaks.above(SEEN * range);
-        let [row_side, column_side] = self.sides.as_ref()?;
+        let Slice { rows: row_side, columns: column_side, .. } = self.largest.as_ref()?;
         if rows.is_empty() {
             return None;
         }

@@ -101,28 +101,14 @@ impl Positions {
     }
 }
 
-/// Which parts of a selection any of several channels has.
-pub(crate) struct Used {
-    pub(crate) fields: Vec<bool>,
-    pub(crate) at: Vec<bool>,
-}
-
-impl Used {
-    pub(crate) fn new(selection: &Selection) -> Self {
-        Self { fields: vec![false; selection.fields.len()], at: vec![false; selection.at.len()] }
-    }
-
-    /// Refuses what none of the channels has, like what a single channel has not.
-    pub(crate) fn check(&self, selection: &Selection, channels: &[&Channel]) -> Result<(), SelectionError> {
-        let unused = |used: &[bool]| used.iter().position(|used| !used);
+impl Selection {
+    /// Refuses what none of some channels has, like what a single channel has not: the rest, once all was taken out that they have.
+    pub(crate) fn refuse_rest(&self, channels: &[&Channel]) -> Result<(), SelectionError> {
         let decoded = channels.iter().find(|channel| channel.layout.is_some()).or(channels.first());
-        if let (Some(unused), Some(channel)) = (unused(&self.fields), decoded) {
-            return Err(SelectionError::unknown_field(channel, &selection.fields[unused]));
+        if let (Some(field), Some(channel)) = (self.fields.first(), decoded) {
+            return Err(SelectionError::unknown_field(channel, field));
         }
-        match unused(&self.at) {
-            Some(unused) => Err(SelectionError::no_axis(channels, &selection.at[unused])),
-            None => Ok(()),
-        }
+        self.at.first().map_or(Ok(()), |at| Err(SelectionError::no_axis(channels, at)))
     }
 }
 

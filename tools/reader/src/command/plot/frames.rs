@@ -14,7 +14,7 @@ use crate::{
     command::trace::names,
     extent::{Extent, Extents},
     failure::Failure,
-    field::{Positions, SelectionError, Used},
+    field::{Positions, Selection, SelectionError},
     messages::Recording,
     pass::Moment,
     recording::Limits,
@@ -27,7 +27,8 @@ use crate::{
 struct Frames {
     profiles: Vec<Named>,
     images: Vec<(Slice, String)>,
-    used: Used,
+    /// What of the selection no channel has had yet.
+    unused: Selection,
 }
 
 /// A profile, its file if there are several, and its time in words.
@@ -46,8 +47,8 @@ pub(super) fn at_times(
     limits: Limits,
     medium: Medium,
 ) -> Result<Drawn, Failure> {
-    let used = Used::new(&request.selection);
-    let mut frames = Frames { profiles: Vec::new(), images: Vec::new(), used };
+    let unused = request.selection.clone();
+    let mut frames = Frames { profiles: Vec::new(), images: Vec::new(), unused };
     let mut losses = Losses::default();
     for (path, name) in paths.iter().zip(names(paths)) {
         let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
@@ -60,7 +61,7 @@ pub(super) fn at_times(
             frames.take(&file, &recording, id, (&moments, &extents), request)?;
         }
         let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
-        frames.used.check(&request.selection, &channels)?;
+        frames.unused.refuse_rest(&channels)?;
     }
     let (picture, remark) = frames.draw(request, title, medium)?;
     Ok(Drawn { picture, losses, notes: remark.into_iter().collect() })
@@ -86,21 +87,20 @@ impl Frames {
         let selection = &request.selection;
         let (mut leaves, hidden) = (Vec::new(), channel.axis_parts());
         for (leaf, field) in layout.leaves.iter().enumerate() {
-            let chosen = selection.fields.iter().position(|name| *name == field.path);
-            chosen.into_iter().for_each(|i| self.used.fields[i] = true);
-            let is_shown = selection.fields.is_empty() && !hidden.contains(field.path.as_str());
-            if field.is_data() && (is_shown || chosen.is_some()) {
+            self.unused.fields.retain(|name| *name != field.path);
+            let is_shown = match selection.fields.as_slice() {
+                [] => !hidden.contains(field.path.as_str()),
+                names => names.contains(&field.path),
+            };
+            if field.is_data() && is_shown {
                 leaves.push((leaf, Axis::of(leaf, layout, channel)));
             }
         }
         for moment in moments {
             for (leaf, axis) in &leaves {
-                let mut fitting = Vec::new();
-                for (i, at) in selection.at.iter().enumerate().filter(|(_, at)| at.fit(axis)) {
-                    self.used.at[i] = true;
-                    at.check_units(channel)?;
-                    fitting.push(at);
-                }
+                let fitting: Vec<&Positions> = selection.at.iter().filter(|at| at.fit(axis)).collect();
+                self.unused.at.retain(|at| !fitting.contains(&at));
+                fitting.iter().try_for_each(|at| at.check_units(channel))?;
                 if let Some(at) = fitting.iter().find(|at| !at.are_lines(axis)) {
                     let path = &layout.leaves[*leaf].path;
                     return Err(Failure::Usage(format!(
@@ -119,30 +119,18 @@ impl Frames {
                     let extent = extents.get(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
                     let layers = recording.layers(&slice.axes[0].name);
-                    self.matrix(file, channel, Slice { layers, ..slice }, &extent, &fitting, &request.units)?;
+                    let slice = Slice { layers, ..slice };
+                    for at in &fitting {
+                        let lines = lines(&slice, at, &extent)?.into_iter();
+                        let named = lines.map(|line| Named::new(file, channel, line, &request.units));
+                        self.profiles.extend(named);
+                    }
+                    if fitting.is_empty() {
+                        let time = time_label(slice.time, channel.time_unit(), &request.units);
+                        self.images.push((slice, time));
+                    }
                 }
             }
-        }
-        Ok(())
-    }
-
-    fn matrix(
-        &mut self,
-        file: &str,
-        channel: &Channel,
-        slice: Slice,
-        extent: &Extent,
-        at: &[&Positions],
-        units: &Units,
-    ) -> Result<(), SelectionError> {
-        if at.is_empty() {
-            let time = time_label(slice.time, channel.time_unit(), units);
-            self.images.push((slice, time));
-            return Ok(());
-        }
-        for at in at {
-            let lines = lines(&slice, at, extent)?;
-            self.profiles.extend(lines.into_iter().map(|line| Named::new(file, channel, line, units)));
         }
         Ok(())
     }

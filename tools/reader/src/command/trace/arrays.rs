@@ -119,24 +119,18 @@ fn chosen(channel: &Channel, layout: &Layout, names: &[String]) -> Option<Vec<us
     // lists of positions are points, of which each has a name
     let is_array = |leaf: usize| matches!(Axis::of(leaf, layout, channel), Axis::Described(_));
     let is_number = |leaf: usize| layout.leaves[leaf].kind.is_number() && layout.leaves[leaf].is_data();
-    let leaves: Vec<usize> = match names {
+    let is_sound = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
+    let leaves: IndexSet<usize> = match names {
         [] => {
-            let is_shown =
-                |leaf: &usize| Some(*leaf) != time && !hidden.contains(&*layout.leaves[*leaf].path);
-            let is_plain = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
-            (0..layout.leaves.len())
-                .filter(is_shown)
-                .filter(is_plain)
-                .filter(|leaf| is_number(*leaf))
-                .collect()
+            let is_shown = |leaf: &usize| !hidden.contains(&*layout.leaves[*leaf].path) && is_number(*leaf);
+            (0..layout.leaves.len()).filter(is_shown).filter(is_sound).collect()
         }
         names => {
             let leaf = |name: &String| layout.find(name).filter(|leaf| is_number(*leaf));
-            let leaves: IndexSet<usize> = names.iter().map(leaf).collect::<Option<_>>()?;
-            leaves.into_iter().filter(|leaf| Some(*leaf) != time).collect()
+            names.iter().map(leaf).collect::<Option<_>>()?
         }
     };
-    let is_sound = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
+    let leaves: Vec<usize> = leaves.into_iter().filter(|leaf| Some(*leaf) != time).collect();
     (leaves.iter().any(|leaf| is_array(*leaf)) && leaves.iter().all(is_sound)).then_some(leaves)
 }
 

@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeSet, HashMap, HashSet},
     ops::Range,
     path::Path,
-    thread,
+    slice, thread,
 };
 
 use percuss_table::Cell;
@@ -14,7 +14,7 @@ use crate::{
     channel::Channel,
     extent::{Extent, Extents},
     failure::Failure,
-    field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, Used, columns},
+    field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, columns},
     instant::Instant,
     messages::{Messages, POLL, Recording},
     recording::Limits,
@@ -62,7 +62,7 @@ impl Traced {
         let many = ids.len() > 1;
         let (mut slots, mut width, mut weight) = (Vec::new(), 0, 0);
         let mut extents: Option<Result<Extents, Failure>> = None;
-        let mut used = Used::new(&request.selection);
+        let mut unused = request.selection.clone();
         for &id in &ids {
             let channel = &recording.channels[&id];
             let mut extent = |leaf: usize| {
@@ -72,7 +72,7 @@ impl Traced {
                 if request.follow { Extent { reaches: Vec::new(), ..extent } } else { extent }
             };
             let selection = match many {
-                true => fitting(channel, &request.selection, &mut used),
+                true => fitting(channel, &request.selection, &mut unused),
                 false => Some(request.selection.clone()),
             };
             let Some(selection) = selection else { continue };
@@ -104,7 +104,7 @@ impl Traced {
         }
         if many {
             let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
-            used.check(&request.selection, &channels)?;
+            unused.refuse_rest(&channels)?;
         }
         Ok(Self { recording, name, slots })
     }
@@ -162,9 +162,9 @@ fn unknown_names(topic: &str, values: &Values) -> Vec<String> {
     unknown.iter().filter_map(name).collect()
 }
 
-/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is marked as
-/// used.
-fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<Selection> {
+/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is taken out of
+/// `unused`.
+fn fitting(channel: &Channel, selection: &Selection, unused: &mut Selection) -> Option<Selection> {
     let for_curves = selection.for_curves;
     let fits = |fields: &[String], at: &[Positions]| {
         let selection = Selection { fields: fields.to_vec(), at: at.to_vec(), for_curves };
@@ -175,23 +175,15 @@ fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<
             Err(error) => !matches!(error, SelectionError::NotDecoded(_)),
         }
     };
-    let mut fields = Vec::new();
-    for (field, used) in selection.fields.iter().zip(&mut used.fields) {
-        if fits(std::slice::from_ref(field), &[]) {
-            *used = true;
-            fields.push(field.clone());
-        }
-    }
+    let mut fields = selection.fields.clone();
+    fields.retain(|field| fits(slice::from_ref(field), &[]));
+    unused.fields.retain(|field| !fields.contains(field));
     if !selection.fields.is_empty() && fields.is_empty() {
         return None;
     }
-    let mut at = Vec::new();
-    for (positions, used) in selection.at.iter().zip(&mut used.at) {
-        if fits(&fields, std::slice::from_ref(positions)) {
-            *used = true;
-            at.push(positions.clone());
-        }
-    }
+    let mut at = selection.at.clone();
+    at.retain(|positions| fits(&fields, slice::from_ref(positions)));
+    unused.at.retain(|positions| !at.contains(positions));
     fits(&fields, &at).then_some(Selection { fields, at, for_curves })
 }
 
