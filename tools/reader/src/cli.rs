@@ -1,10 +1,9 @@
 //! The command line: which verbs there are.
 
-mod manual;
+use std::{path::PathBuf, sync::LazyLock};
 
-use std::sync::LazyLock;
-
-use clap::{Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use percuss_output::manual::{Shell, completions, page, write_pages};
 
 use crate::{
     command::{
@@ -14,9 +13,8 @@ use crate::{
     failure::Failure,
     recording::Limits,
     units::prefer,
-    verb::{Exit, run},
+    verb::{Exit, Files, Verb, print},
 };
-use manual::{Completions, Manual};
 
 /// Reads MCAP recordings, protobuf or JSON: tables and pictures of any field, comparison number by number, verification, recovery.
 #[derive(Debug, Parser)]
@@ -40,19 +38,19 @@ const LEAST_MEMORY: u64 = 1 << 20;
 
 /// A number of bytes with an optional unit.
 fn memory(text: &str) -> Result<u64, String> {
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let unit: u64 = match &text[digits.len()..] {
-        "" | "B" => 1,
-        "kB" => 1_000,
-        "MB" => 1_000_000,
-        "GB" => 1_000_000_000,
-        "KiB" => 1 << 10,
-        "MiB" => 1 << 20,
-        "GiB" => 1 << 30,
-        _ => return Err("write a size as 500MB, 1GiB or a number of bytes".into()),
-    };
-    let size = digits.trim().parse::<u64>().ok().and_then(|number| number.checked_mul(unit));
-    match size {
+    const UNITS: [(&str, u64); 8] = [
+        ("", 1),
+        ("B", 1),
+        ("kB", 1_000),
+        ("MB", 1_000_000),
+        ("GB", 1_000_000_000),
+        ("KiB", 1 << 10),
+        ("MiB", 1 << 20),
+        ("GiB", 1 << 30),
+    ];
+    let (digits, unit) = text.split_at(text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len());
+    let unit = UNITS.iter().find(|(name, _)| *name == unit);
+    match unit.and_then(|(_, unit)| digits.trim().parse::<u64>().ok()?.checked_mul(*unit)) {
         Some(size) if size >= LEAST_MEMORY => Ok(size),
         Some(_) => Err("at least 1MiB is needed".into()),
         None => Err("write a size as 500MB, 1GiB or a number of bytes".into()),
@@ -82,9 +80,9 @@ Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or c
 0 equal within tolerance, 1 different, 2 could not compare. verify: 1 not sound, 3 sound, but the run was not \
 finished.";
 
-/// The verbs; what is said of each stands with its arguments.
+/// The verbs, each with the files that it reads; what is said of it stands with its arguments.
 macro_rules! verbs {
-    ($($name:ident($verb:ty),)*) => {
+    ($($name:ident($verb:ty $(, $files:ident)?);)*) => {
         #[derive(Debug, Subcommand)]
         enum Command {
             $($name(Box<$verb>),)*
@@ -93,7 +91,10 @@ macro_rules! verbs {
         impl Command {
             fn run(&self, limits: Limits) -> Result<Exit, Failure> {
                 match self {
-                    $(Self::$name(verb) => run(verb.as_ref(), limits),)*
+                    $(Self::$name(verb) => {
+                        $(verb.$files.note_parts();)?
+                        verb.run(limits)
+                    })*
                 }
             }
         }
@@ -101,21 +102,21 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Info(Info),
-    Trace(Trace),
-    Summary(Summary),
-    Plot(Plot),
-    Animate(Animate),
-    Diff(Diff),
-    Verify(Verify),
-    Recover(Recover),
-    Replay(Replay),
-    Report(Report),
-    Export(Export),
-    Cat(Cat),
-    Schema(Schema),
-    Completions(Completions),
-    Man(Manual),
+    Info(Info, file);
+    Trace(Trace, files);
+    Summary(Summary, files);
+    Plot(Plot, files);
+    Animate(Animate, file);
+    Diff(Diff, files);
+    Verify(Verify, files);
+    Recover(Recover, file);
+    Replay(Replay, file);
+    Report(Report, file);
+    Export(Export, file);
+    Cat(Cat, file);
+    Schema(Schema, file);
+    Completions(Completions);
+    Man(Manual);
 }
 
 impl Arguments {
@@ -127,5 +128,52 @@ impl Arguments {
     pub fn run(&self) -> Result<Exit, Failure> {
         prefer()?;
         self.command.run(Limits { memory: self.max_memory })
+    }
+}
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  percuss-read completions bash > \\
+      ~/.local/share/bash-completion/completions/percuss-read
+  percuss-read completions zsh > ~/.zfunc/_percuss-read
+  percuss-read completions fish > \\
+      ~/.config/fish/completions/percuss-read.fish";
+
+/// Completions for a shell
+#[derive(Debug, Args)]
+#[command(after_help = COMPLETIONS_EXAMPLES)]
+struct Completions {
+    /// Shell
+    shell: Shell,
+}
+
+impl Verb for Completions {
+    fn run(&self, _: Limits) -> Result<Exit, Failure> {
+        print(&completions(Arguments::command(), self.shell))?;
+        Ok(Exit::Done)
+    }
+}
+
+const MANUAL_EXAMPLES: &str = "\
+Examples:
+  percuss-read man | man -l -
+  percuss-read man -o ~/.local/share/man/man1";
+
+/// The page of the manual, or those of all commands
+#[derive(Debug, Args)]
+#[command(after_help = MANUAL_EXAMPLES)]
+struct Manual {
+    /// Folder to write the pages of all commands to, in place of older ones
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+impl Verb for Manual {
+    fn run(&self, _: Limits) -> Result<Exit, Failure> {
+        match &self.output {
+            None => print(&page(Arguments::command()))?,
+            Some(folder) => drop(write_pages(Arguments::command(), folder)?),
+        }
+        Ok(Exit::Done)
     }
 }

@@ -1,6 +1,6 @@
 //! How far the arrays of a recording reach: their lengths and positions over all messages.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use percuss_picture::Side;
 
@@ -123,63 +123,42 @@ pub struct Extent {
     pub varies: bool,
 }
 
-/// How far the arrays of some channels reach.
-#[derive(Debug, Default)]
-pub struct Extents(HashMap<(u16, usize), Extent>);
+/// How far the arrays of some channels reach, by channel and leaf, in all messages that were watched.
+pub struct Extents(BTreeMap<(u16, usize), Array>);
 
 impl Extents {
-    /// Reads all messages of some channels.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read.
-    pub fn read(recording: &Recording, ids: &[u16]) -> Result<Self, Failure> {
-        let mut reading = Reading::of(recording, ids);
-        let mut pass: Pass<'_> = Pass::over(recording, Window::default());
-        reading.watch(&mut pass);
-        pass.run()?;
-        Ok(reading.extents())
-    }
-
-    /// The extent of the array of a leaf.
-    pub fn of(&self, id: u16, leaf: usize) -> Extent {
-        self.0.get(&(id, leaf)).cloned().unwrap_or_default()
-    }
-}
-
-/// What is known so far of the arrays of some channels.
-pub(crate) struct Reading(HashMap<u16, Vec<Array>>);
-
-impl Reading {
     pub(crate) fn of(recording: &Recording, ids: &[u16]) -> Self {
         let arrays = |&id: &u16| {
             let channel = recording.channels.get(&id)?;
-            Some((id, Array::all(channel, channel.layout.as_deref()?)))
+            let arrays = Array::all(channel, channel.layout.as_deref()?).into_iter();
+            Some(arrays.map(move |array| ((id, array.leaf), array)))
         };
-        Self(ids.iter().filter_map(arrays).collect())
+        Self(ids.iter().filter_map(arrays).flatten().collect())
     }
 
-    /// Looks at all messages.
+    /// Reads all messages of some channels.
+    pub fn read(recording: &Recording, ids: &[u16]) -> Result<Self, Failure> {
+        let mut extents = Self::of(recording, ids);
+        let mut pass = Pass::over(recording, Window::default());
+        extents.watch(&mut pass);
+        pass.run()?;
+        Ok(extents)
+    }
+
     pub(crate) fn watch<'a>(&'a mut self, pass: &mut Pass<'a>) {
-        for (&id, arrays) in &mut self.0 {
-            pass.each(id, move |moment, budget| {
-                arrays.iter_mut().for_each(|array| array.take(&moment.values, budget));
+        for ((id, _), array) in &mut self.0 {
+            pass.each(*id, |moment, budget| {
+                array.take(&moment.values, budget);
                 Ok(())
             });
         }
     }
 
-    /// What was found.
-    pub(crate) fn extents(self) -> Extents {
-        let extents = self
-            .0
-            .into_iter()
-            .flat_map(|(id, arrays)| arrays.into_iter().map(move |array| ((id, array.leaf), array.extent)));
-        Extents(extents.collect())
+    pub fn get(&self, id: u16, leaf: usize) -> Extent {
+        self.0.get(&(id, leaf)).map(|array| array.extent.clone()).unwrap_or_default()
     }
 }
 
-/// What is known of an array so far.
 struct Array {
     leaf: usize,
     path: Path,
@@ -192,7 +171,6 @@ struct Array {
 }
 
 impl Array {
-    /// The arrays of a channel.
     fn all(channel: &Channel, layout: &Layout) -> Vec<Self> {
         let array = |leaf: usize| Self {
             leaf,

@@ -15,7 +15,6 @@ use crate::{
 };
 
 pub use columns::columns;
-pub(crate) use selection::Used;
 pub use selection::{Positions, Selection, SelectionError};
 
 /// Largest number of columns of a table.
@@ -38,7 +37,6 @@ pub(crate) fn place_and_field(name: &str) -> (&str, &str) {
 /// One column: how to find its cell in a message.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// Name and unit.
     pub heading: Heading,
     /// The leaf it is taken from; `None` for the log time.
     pub leaf: Option<usize>,
@@ -73,9 +71,7 @@ enum Take {
 /// What of a channel is taken into rows.
 #[derive(Debug)]
 pub struct Columns {
-    /// Its time.
     pub time: Column,
-    /// Its fields.
     pub fields: Vec<Column>,
     /// Why fields are left out, where all of a channel are asked for.
     pub left_out: Vec<SelectionError>,

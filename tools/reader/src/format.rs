@@ -2,7 +2,6 @@
 
 pub mod aligned;
 pub mod json;
-pub mod json_lines;
 pub(crate) mod mapping;
 pub mod npy;
 pub mod sac;

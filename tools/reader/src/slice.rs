@@ -8,7 +8,7 @@ use crate::{
     axis::{Axis, between},
     channel::Channel,
     convention,
-    extent::{self, Extent, Extents},
+    extent::{Extent, Extents},
     failure::Failure,
     instant::Instant,
     messages::{Decoder, Kept, Message, Recording},
@@ -90,46 +90,41 @@ impl Slice {
     }
 }
 
-/// The times of the messages of a channel, and how close they are at both ends.
+/// The times of the messages of a channel at both ends: the first two, and the last two as negative numbers.
 #[derive(Default)]
-struct Span {
-    first: Option<f64>,
-    second: Option<f64>,
-    last: Option<f64>,
-    before: Option<f64>,
-}
+struct Span([[Option<f64>; 2]; 2]);
 
 impl Span {
     fn add(&mut self, time: f64) {
-        if !time.is_finite() {
-            return;
-        }
-        match self.first {
-            Some(first) if time > first => self.second = Some(self.second.map_or(time, |t| t.min(time))),
-            Some(first) if time == first => {}
-            first => (self.first, self.second) = (Some(time), first.or(self.second)),
-        }
-        match self.last {
-            Some(last) if time < last => self.before = Some(self.before.map_or(time, |t| t.max(time))),
-            Some(last) if time == last => {}
-            last => (self.last, self.before) = (Some(time), last.or(self.before)),
+        let finite = [time, -time].into_iter().filter(|time| time.is_finite());
+        for ([first, second], time) in self.0.iter_mut().zip(finite) {
+            match *first {
+                Some(known) if time > known => *second = Some(second.map_or(time, |t| t.min(time))),
+                Some(known) if time == known => {}
+                known => (*first, *second) = (Some(time), known.or(*second)),
+            }
         }
     }
 
     /// The first and last time if `time` lies outside: no message would be there, even if they went on.
     fn excludes(&self, time: f64) -> Option<(f64, f64)> {
-        let (first, last) = (self.first?, self.last?);
+        let [[first, second], late] = self.0;
+        let [last, before] = late.map(|time| time.map(|time| -time));
+        let (first, last) = (first?, last?);
         // what is typed is rarely the last digit of what is recorded
         let room = 1e-9 * first.abs().max(last.abs());
-        let early = room + self.second.map_or(0.0, |second| second - first);
-        let late = room + self.before.map_or(0.0, |before| last - before);
+        let early = room + second.map_or(0.0, |second| second - first);
+        let late = room + before.map_or(0.0, |before| last - before);
         (time < first - early || time > last + late).then_some((first, last))
     }
 }
 
+/// Messages with their times.
+type Timed = Vec<(f64, Kept)>;
+
 /// The messages of a channel nearest to some times; the last one if no times are given. Of two that are equally near,
 /// the earlier. Times up to one message interval outside are accepted; none are given if the channel has no messages.
-pub struct Nearest<'a> {
+struct Nearest<'a> {
     recording: &'a Recording,
     channel: &'a Channel,
     /// As messages have them.
@@ -141,10 +136,7 @@ pub struct Nearest<'a> {
 }
 
 impl<'a> Nearest<'a> {
-    /// # Errors
-    ///
-    /// A time has another unit than the messages.
-    pub fn new(recording: &'a Recording, id: u16, times: &[Bound]) -> Result<Self, Failure> {
+    fn new(recording: &'a Recording, id: u16, times: &[Bound]) -> Result<Self, Failure> {
         let channel = &recording.channels[&id];
         let clock = recording.step_clock(channel);
         let time = |time: &Bound| match clock {
@@ -157,13 +149,7 @@ impl<'a> Nearest<'a> {
         Ok(Self { recording, channel, times, rate, nearest, span: Span::default() })
     }
 
-    /// Looks at a message.
-    pub(crate) fn take(
-        &mut self,
-        message: Message<'_>,
-        time: Instant,
-        budget: &mut Budget,
-    ) -> Result<(), Failure> {
+    fn take(&mut self, message: Message<'_>, time: Instant, budget: &mut Budget) -> Result<(), Failure> {
         self.span.add(time.number());
         for (i, slot) in self.nearest.iter_mut().enumerate() {
             let is_nearer = match (slot.as_ref(), self.times.get(i)) {
@@ -182,17 +168,11 @@ impl<'a> Nearest<'a> {
         Ok(())
     }
 
-    /// The messages as they stand in the file, with their times, once all have been looked at.
-    ///
-    /// # Errors
-    ///
-    /// A time lies outside the messages.
-    pub(crate) fn kept(self) -> Result<Vec<(f64, Kept)>, Failure> {
+    /// The messages as they stand in the file, with their times, once all have been looked at. A time outside of them is refused.
+    fn kept(self) -> Result<Timed, Failure> {
         let Self { recording, channel, times, rate, nearest, span } = self;
-        let outside = times.iter().map(|time| time.number());
-        if let Some((time, (first, last))) =
-            outside.into_iter().find_map(|time| Some((time, span.excludes(time)?)))
-        {
+        let mut times = times.iter().map(|time| time.number());
+        if let Some((time, (first, last))) = times.find_map(|time| Some((time, span.excludes(time)?))) {
             let (file, topic) = (recording.path.display(), &channel.topic);
             let [time, first, last] = [time, first, last].map(|time| time / rate);
             return Err(Failure::Usage(format!(
@@ -201,32 +181,25 @@ impl<'a> Nearest<'a> {
         }
         Ok(nearest.into_iter().flatten().map(|(instant, kept)| (instant.number() / rate, kept)).collect())
     }
+}
 
-    /// The messages, once all have been looked at.
-    ///
-    /// # Errors
-    ///
-    /// A time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
-    pub fn moments(self) -> Result<Vec<Moment>, Failure> {
-        let (recording, channel) = (self.recording, self.channel);
-        let Some(mut decoder) = Decoder::of(channel) else { return Ok(Vec::new()) };
-        let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
-        for (time, Kept { log_time, data, .. }) in self.kept()? {
-            match decoder.take(&data) {
-                Ok(values) if budget.spend(values.weight()) => {
-                    moments.push(Moment { time, log_time, number: 0, values });
-                }
-                Ok(_) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES)),
-                Err(DecodeError::SchemaMismatch) => {
-                    return Err(Failure::Failed(format!(
-                        "the message of `{}` at time {time} does not fit its schema",
-                        channel.topic
-                    )));
-                }
-            }
-        }
-        Ok(moments)
+/// The messages of some channels nearest to some times, and what of the file is damaged.
+fn nearest_of(
+    recording: &Recording,
+    ids: &[u16],
+    times: &[Bound],
+    extents: &mut Extents,
+) -> Result<(Timed, Vec<Damage>), Failure> {
+    let nearest = ids.iter().map(|&id| Ok((id, Nearest::new(recording, id, times)?)));
+    let mut nearest = nearest.collect::<Result<BTreeMap<_, _>, Failure>>()?;
+    let mut pass = Pass::over(recording, Window::default());
+    for (&id, nearest) in &mut nearest {
+        pass.bytes(id, |message, time, budget| nearest.take(message, time, budget));
     }
+    extents.watch(&mut pass);
+    let damages = pass.run()?.damages;
+    let kept = nearest.into_values().map(Nearest::kept).collect::<Result<Vec<_>, _>>()?;
+    Ok((kept.into_iter().flatten().collect(), damages))
 }
 
 /// What takes the memory of messages at some times.
@@ -236,44 +209,44 @@ const AT_TIMES: &str = "the messages at these times";
 ///
 /// # Errors
 ///
-/// The file cannot be read, or one of [`Nearest`].
+/// The file cannot be read, a time has another unit than the messages or lies outside of them, or the nearest does not fit its
+/// schema or takes too much memory.
 pub fn moments(
     recording: &Recording,
     id: u16,
     times: &[Bound],
     wants_extents: bool,
 ) -> Result<(Vec<Moment>, Extents, Vec<Damage>), Failure> {
-    let mut nearest = Nearest::new(recording, id, times)?;
-    let wanted = if wants_extents { &[id][..] } else { &[] };
-    let mut reading = extent::Reading::of(recording, wanted);
-    let mut pass = Pass::over(recording, Window::default());
-    pass.bytes(id, |message, time, budget| nearest.take(message, time, budget));
-    reading.watch(&mut pass);
-    let seen = pass.run()?;
-    Ok((nearest.moments()?, reading.extents(), seen.damages))
+    let ids = [id];
+    let mut extents = Extents::of(recording, if wants_extents { &ids } else { &[] });
+    let (kept, damages) = nearest_of(recording, &ids, times, &mut extents)?;
+    let (channel, mut budget) = (&recording.channels[&id], Budget::new(recording.limits().values()));
+    let mut moments = Vec::new();
+    let Some(mut decoder) = Decoder::of(channel) else { return Ok((moments, extents, damages)) };
+    for (time, Kept { log_time, data, .. }) in kept {
+        match decoder.take(&data) {
+            Ok(values) if budget.spend(values.weight()) => {
+                moments.push(Moment { time, log_time, number: 0, values });
+            }
+            Ok(_) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES)),
+            Err(DecodeError::SchemaMismatch) => {
+                let topic = &channel.topic;
+                let text = format!("the message of `{topic}` at time {time} does not fit its schema");
+                return Err(Failure::Failed(text));
+            }
+        }
+    }
+    Ok((moments, extents, damages))
 }
 
 /// The messages of some channels nearest to some times, as they stand in the file, by channel and in the order of their log times.
-///
-/// # Errors
-///
-/// The file cannot be read, or one of [`Nearest`].
 pub(crate) fn kept_at(
     recording: &Recording,
     ids: &[u16],
     times: &[Bound],
 ) -> Result<(Vec<Kept>, Vec<Damage>), Failure> {
-    let nearest = |&id: &u16| Ok((id, Nearest::new(recording, id, times)?));
-    let mut nearest = ids.iter().map(nearest).collect::<Result<BTreeMap<_, _>, Failure>>()?;
-    let mut pass = Pass::over(recording, Window::default());
-    for (&id, nearest) in &mut nearest {
-        pass.bytes(id, |message, time, budget| nearest.take(message, time, budget));
-    }
-    let damages = pass.run()?.damages;
-    let mut kept = Vec::new();
-    for nearest in nearest.into_values() {
-        kept.extend(nearest.kept()?.into_iter().map(|(_, kept)| kept));
-    }
+    let (kept, damages) = nearest_of(recording, ids, times, &mut Extents::of(recording, &[]))?;
+    let mut kept: Vec<Kept> = kept.into_iter().map(|(_, kept)| kept).collect();
     let place = |kept: &Kept| (kept.log_time, kept.channel, kept.sequence);
     kept.sort_by_key(place);
     kept.dedup_by_key(|kept| place(kept));

@@ -1,8 +1,7 @@
 //! What all verbs of the program share: how they are run, how they end, and what goes to standard error.
 
-mod chosen;
+mod arguments;
 mod output;
-mod table;
 
 use std::{
     collections::BTreeSet,
@@ -15,25 +14,20 @@ use percuss_output::text::{self, printable};
 
 use crate::{
     failure::Failure,
-    field::SelectionError,
+    messages::Seen,
     recording::{Damage, Limits, is_part},
 };
 
-pub use chosen::Chosen;
+pub use arguments::Chosen;
+pub(crate) use arguments::{TableFormat, UnitChoice};
 pub use output::Write;
 pub(crate) use output::{
     by_extension, commit, if_read, print, print_document, print_painted, refuse_inputs, same_file, show,
     write,
 };
-pub(crate) use table::{TableFormat, UnitChoice};
 
 /// A verb of the program: its arguments, and what it does.
 pub trait Verb: clap::Args {
-    /// Recordings that it reads.
-    fn files(&self) -> &[PathBuf] {
-        &[]
-    }
-
     /// Does it within the memory that reading may take.
     ///
     /// # Errors
@@ -42,39 +36,46 @@ pub trait Verb: clap::Args {
     fn run(&self, limits: Limits) -> Result<Exit, Failure>;
 }
 
-/// How a verb has ended without an error.
+/// How a verb has ended without an error; its number is the exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Done.
-    Done,
+    Done = 0,
     /// Done, and the answer is no: recordings differ, a recording is not sound.
-    No,
-    /// Done with loss: the file is damaged or cut off.
-    Loss,
+    No = 1,
     /// There is no answer: what was asked for is not in what was read.
-    NoAnswer,
+    NoAnswer = 2,
+    /// Done with loss: the file is damaged or cut off.
+    Loss = 3,
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Done => Self::SUCCESS,
-            Exit::No => Self::from(1),
-            Exit::Loss => Self::from(3),
-            Exit::NoAnswer => Self::from(2),
+        Self::from(exit as u8)
+    }
+}
+
+/// Files that a verb reads.
+pub(crate) trait Files {
+    /// Says which of them are recordings that are not complete.
+    fn note_parts(&self);
+}
+
+impl Files for PathBuf {
+    fn note_parts(&self) {
+        if is_part(self) && self.is_file() {
+            say(&format!(
+                "note: `{}` is a recording that is not complete: still being written, or interrupted",
+                self.display()
+            ));
         }
     }
 }
 
-/// Runs a verb, once it has said which of its recordings are not complete.
-pub(crate) fn run(verb: &impl Verb, limits: Limits) -> Result<Exit, Failure> {
-    for file in verb.files().iter().filter(|file| is_part(file) && file.is_file()).collect::<BTreeSet<_>>() {
-        say(&format!(
-            "note: `{}` is a recording that is not complete: still being written, or interrupted",
-            file.display()
-        ));
+impl Files for Vec<PathBuf> {
+    fn note_parts(&self) {
+        self.iter().collect::<BTreeSet<_>>().into_iter().for_each(Files::note_parts);
     }
-    verb.run(limits)
 }
 
 /// Says why a verb has failed, and gives its exit status.
@@ -84,13 +85,6 @@ pub fn report(failure: &Failure) -> ExitCode {
         say(&format!("error: {failure}"));
     }
     ExitCode::from(status)
-}
-
-/// Shows which fields of whole topics are left out.
-pub(crate) fn say_left_out(left_out: &[SelectionError]) {
-    for error in left_out {
-        say(&format!("note: left out: {error}"));
-    }
 }
 
 /// Shows a line on standard error: a name in it, of a file or in one, stays on that line.
@@ -104,7 +98,6 @@ pub(crate) fn has_colour() -> bool {
     io::stdout().is_terminal() && !unwanted
 }
 
-/// Reports the damages of a file.
 pub(crate) fn loss(file: &Path, damages: &[Damage]) -> Exit {
     for Damage { offset, bytes, reason } in damages {
         let file = file.display();
@@ -117,16 +110,37 @@ pub(crate) fn loss(file: &Path, damages: &[Damage]) -> Exit {
     if damages.is_empty() { Exit::Done } else { Exit::Loss }
 }
 
-/// Reports the damages of several files, and how many messages were left out.
-pub(crate) fn losses(damages: &[(PathBuf, Damage)], undecoded: u64) -> Exit {
-    if undecoded > 0 {
-        say(&format!(
-            "warning: {undecoded} messages do not fit their schema, or unpack to more than --max-memory allows, and are \
-             left out"
-        ));
+/// What of several files could not be read.
+#[derive(Clone, Debug, Default)]
+pub struct Losses {
+    /// What is damaged, by file.
+    pub damages: Vec<(PathBuf, Damage)>,
+    /// Messages that could not be decoded.
+    pub undecoded: u64,
+}
+
+impl Losses {
+    pub(crate) fn of(path: &Path, seen: Seen) -> Self {
+        let mut losses = Self::default();
+        losses.add(path, seen);
+        losses
     }
-    for (file, damage) in damages {
-        loss(file, std::slice::from_ref(damage));
+
+    pub(crate) fn add(&mut self, path: &Path, Seen { damages, undecoded, .. }: Seen) {
+        self.damages.extend(damages.into_iter().map(|damage| (path.to_owned(), damage)));
+        self.undecoded += undecoded;
     }
-    if damages.is_empty() && undecoded == 0 { Exit::Done } else { Exit::Loss }
+
+    pub(crate) fn report(&self) -> Exit {
+        if self.undecoded > 0 {
+            say(&format!(
+                "warning: {} messages do not fit their schema, or unpack to more than --max-memory allows, and are left out",
+                self.undecoded
+            ));
+        }
+        for (file, damage) in &self.damages {
+            loss(file, std::slice::from_ref(damage));
+        }
+        if self.damages.is_empty() && self.undecoded == 0 { Exit::Done } else { Exit::Loss }
+    }
 }

@@ -5,11 +5,11 @@
 
 use std::{
     cell::RefCell,
-    collections::VecDeque,
+    collections::{BTreeSet, VecDeque},
     fs,
     io::{self, IsTerminal, Write as _},
     ops::Range,
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::{Child, Command, Stdio},
 };
 
@@ -21,18 +21,17 @@ use percuss_table::Heading;
 use crate::{
     axis::Axis,
     command::{
-        points::{Curve, Points, find, find_leaf},
         report::body::{Body, Outline},
-        view::{Bounds, downsampled, main_field, prefixed, thinned},
+        view::{Bounds, Curve, Points, downsampled, find, find_leaf, main_field, prefixed, thinned},
     },
     convention::{self, DISPLACEMENT, DRAG, INTERFACE, RADIUS, VELOCITY},
     failure::Failure,
     messages::Recording,
-    pass::Pass,
+    pass::{Moment, Pass},
     prefix::short,
-    recording::{Damage, Limits},
+    recording::{Budget, Damage, Limits},
     select::{self, Bound, Pattern, Window},
-    slice::{Profile, Slice, profile, shown_name, slice},
+    slice::{Profile, Slice, profile, slice},
     units::Units,
     verb::{Exit, Verb, Write, by_extension, loss, say},
 };
@@ -51,61 +50,70 @@ All frames have the same scales. The section is shown as far as it moves. MP4 ne
 #[command(mut_arg("output", |film| film.help("Output: .gif or .mp4").required(true)))]
 pub struct Animate {
     /// Recording
-    file: PathBuf,
+    pub(crate) file: PathBuf,
+    /// Topic of the section, a field with two axes [default: /field/stress, else the first field]
+    #[arg(long, value_name = "TOPIC")]
+    topic: Option<Pattern>,
+    /// First time, in the unit that is recorded or with one, 32us
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    from: Option<Bound>,
+    /// Last time, like the first
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    to: Option<Bound>,
+    /// Frames at most, evenly over what is recorded
+    #[arg(long, value_name = "N", default_value_t = 120, value_parser = whole(2_u32..=10_000))]
+    frames: u32,
+    /// Frames a second
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole(1_u16..=50))]
+    fps: u16,
+    /// Width of the picture, in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = whole(320_u32..=3840))]
+    width: u32,
+    /// The colours end at this value and its negative, in the unit of the recording [default: as in viewers]
+    #[arg(long, value_name = "X", value_parser = positive)]
+    range: Option<f64>,
     #[command(flatten)]
-    request: Request,
+    units: Units,
     #[command(flatten)]
     write: Write,
 }
 
-/// Forms by the extensions of files.
-const FORMS: [(&str, Form); 2] = [("gif", Form::Gif), ("mp4", Form::Mp4)];
-
-#[derive(Clone, Copy)]
-enum Form {
-    Gif,
-    Mp4,
-}
-
 impl Verb for Animate {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
-        self.write.refuse_inputs(self.files())?;
+        self.write.refuse_inputs([&self.file])?;
         let output = self.write.named()?;
-        let form = by_extension(output, &FORMS, None)?;
+        let is_gif = by_extension(output, &[("gif", true), ("mp4", false)], None)?;
         self.write.refuse_existing()?;
-        let animation = Animation::new(&self.file, &self.request, limits)?;
-        let (frames, size) = (animation.length(), animation.size());
-        let (mut bytes, mut count) = (Vec::new(), Count::of(frames));
-        let damages = match form {
-            Form::Gif => {
-                // a hundredth of a second is the unit
-                let delay = (100 + self.request.fps / 2) / self.request.fps;
-                let mut moving = percuss_picture::Moving::new(&mut bytes, size, delay).map_err(unwritten)?;
-                let damages = animation.draw(|raster| {
-                    count.next();
-                    moving.add(&raster)
-                })?;
-                moving.finish().map_err(unwritten)?;
-                damages
+        let animation = Animation::new(self, limits)?;
+        let (frames, size) = (animation.frames.len(), animation.film.size());
+        let (mut bytes, mut count, is_counted) = (Vec::new(), 0, io::stderr().is_terminal());
+        let mut count = || {
+            count += 1;
+            if is_counted {
+                eprint!("\rframe {count} of {frames}{}", if count == frames { "\n" } else { "" });
             }
-            Form::Mp4 => {
-                let film = Mp4::begin(size, self.request.fps)?;
-                let mut input = film.child.stdin.as_ref();
-                let drawn = animation.draw(|raster| {
-                    count.next();
-                    input
-                        .as_mut()
-                        .map_or(Ok(()), |input| input.write_all(&raster.rgba))
-                        .map_err(|error| error.to_string())
-                });
-                // a codec that fails says more than a pipe that is closed
-                bytes = film.finish()?;
-                drawn?
-            }
+        };
+        let damages = if is_gif {
+            // a hundredth of a second is the unit
+            let delay = (100 + self.fps / 2) / self.fps;
+            let mut moving = percuss_picture::Moving::new(&mut bytes, size, delay).map_err(unwritten)?;
+            let damages = animation.draw(|raster| {
+                count();
+                moving.add(&raster)
+            })?;
+            moving.finish().map_err(unwritten)?;
+            damages
+        } else {
+            let film = Mp4::begin(size, self.fps)?;
+            let mut input = film.child.stdin.as_ref();
+            let drawn = animation.draw(|raster| {
+                count();
+                let written = input.as_mut().map_or(Ok(()), |input| input.write_all(&raster.rgba));
+                written.map_err(|error| error.to_string())
+            });
+            // a codec that fails says more than a pipe that is closed
+            bytes = film.finish()?;
+            drawn?
         };
         self.write.whole(&bytes)?;
         let size = bytes.len() as f64 * 1e-6;
@@ -114,30 +122,8 @@ impl Verb for Animate {
     }
 }
 
-/// The film cannot be written.
 fn unwritten(why: String) -> Failure {
     Failure::Failed(format!("cannot write the film: {why}"))
-}
-
-/// Says at a terminal how many frames are drawn.
-struct Count {
-    done: usize,
-    all: usize,
-    is_shown: bool,
-}
-
-impl Count {
-    fn of(all: usize) -> Self {
-        Self { done: 0, all, is_shown: io::stderr().is_terminal() }
-    }
-
-    fn next(&mut self) {
-        self.done += 1;
-        if self.is_shown {
-            let end = if self.done == self.all { "\n" } else { "" };
-            eprint!("\rframe {} of {}{end}", self.done, self.all);
-        }
-    }
 }
 
 /// A film that ffmpeg writes, into a file of its own until it is whole.
@@ -152,20 +138,8 @@ impl Mp4 {
         let folder = tempfile::tempdir().map_err(failed)?;
         let (size, rate) = (format!("{width}x{height}"), fps.to_string());
         let child = Command::new("ffmpeg")
-            .args([
-                "-loglevel",
-                "error",
-                "-f",
-                "rawvideo",
-                "-pix_fmt",
-                "rgba",
-                "-s",
-                &size,
-                "-r",
-                &rate,
-                "-i",
-                "-",
-            ])
+            .args(["-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba"])
+            .args(["-s", &size, "-r", &rate, "-i", "-"])
             .args(["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"])
             .args(["-movflags", "+faststart"])
             .arg(folder.path().join("film.mp4"))
@@ -195,35 +169,6 @@ impl Mp4 {
     }
 }
 
-/// What is shown, and how.
-#[derive(Args, Clone, Debug)]
-pub struct Request {
-    /// Topic of the section, a field with two axes [default: /field/stress, else the first field]
-    #[arg(long, value_name = "TOPIC")]
-    pub topic: Option<Pattern>,
-    /// First time, in the unit that is recorded or with one, 32us
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub from: Option<Bound>,
-    /// Last time, like the first
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub to: Option<Bound>,
-    /// Frames at most, evenly over what is recorded
-    #[arg(long, value_name = "N", default_value_t = 120, value_parser = whole(2_u32..=10_000))]
-    pub frames: u32,
-    /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole(1_u16..=50))]
-    pub fps: u16,
-    /// Width of the picture, in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = whole(320_u32..=3840))]
-    pub width: u32,
-    /// The colours end at this value and its negative, in the unit of the recording [default: as in viewers]
-    #[arg(long, value_name = "X", value_parser = positive)]
-    pub range: Option<f64>,
-    /// Units that are chosen.
-    #[command(flatten)]
-    pub units: Units,
-}
-
 /// A finite number above 0.
 fn positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
@@ -244,7 +189,6 @@ const DEEPEST: f64 = 0.02;
 
 /// A section that moves: its channel, and what it is drawn with.
 struct Moving {
-    id: u16,
     leaf: usize,
     /// Rows and columns that are shown.
     part: [Range<usize>; 2],
@@ -257,38 +201,33 @@ struct Moving {
     factors: [f64; 2],
 }
 
-/// A film of a recording, ready to be drawn.
-pub struct Animation {
+struct Animation {
     recording: Recording,
+    /// Channel whose messages are the frames.
+    clock: u16,
     moving: Option<Moving>,
     /// Channel and leaf of the profiles, and how they are drawn.
     profile: Option<(u16, usize, ProfileScale)>,
     film: Film,
     frames: Vec<Frame>,
     body: Body,
-    /// The drag, as it is drawn.
     drag: Curve,
     /// Factors of times and lengths.
     factors: [f64; 2],
     damages: Vec<Damage>,
 }
 
-/// A message of which a frame is drawn.
 struct Frame {
     time: f64,
     /// Among the messages of its channel.
     number: u64,
-    /// The time in words.
     label: String,
 }
 
 impl Animation {
     /// Reads a recording once for its scales.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or has nothing that moves.
-    pub fn new(path: &Path, request: &Request, limits: Limits) -> Result<Self, Failure> {
+    fn new(request: &Animate, limits: Limits) -> Result<Self, Failure> {
+        let path = &request.file;
         let recording = Recording::open(path, limits)?;
         let mut damages = recording.damages.clone();
         let field = field(&recording, request)?;
@@ -364,79 +303,49 @@ impl Animation {
         let points: Curve = points.copied().collect();
         let force = find(&recording, |topic| topic == DRAG)
             .map(|id| Heading::new("drag", recording.channels[&id].unit("force")));
-        let (drag, points) = drag(&points, &force.unwrap_or_default(), (&time, per_time), request);
+        let span = (first * per_time, last * per_time);
+        let (drag, points) = drag(&points, &force.unwrap_or_default(), (&time, per_time), span, request);
         let run = recording.entries(convention::RUN);
         let title = run.and_then(|run| run.get("title")).cloned();
         let stage = Stage {
             title: title
                 .unwrap_or_else(|| path.file_name().unwrap_or_default().to_string_lossy().into_owned()),
             section: moving.as_ref().map(|moving| moving.section.clone()),
-            diagrams: [
-                profile.as_ref().map(|(.., scale)| scale.diagram.clone()),
-                drag.map(|drag| within(drag, (first * per_time, last * per_time))),
-            ]
-            .into_iter()
-            .flatten()
-            .collect(),
+            diagrams: profile.iter().map(|(.., scale)| scale.diagram.clone()).chain(drag).collect(),
             width: request.width,
         };
         let film = Film::new(&stage).map_err(Failure::drawing)?;
         let per_length = profile.as_ref().map_or(1.0, |(.., scale)| scale.factors[0]);
         let per_length = moving.as_ref().map_or(per_length, |moving| moving.factors[0]);
         let factors = [per_time, per_length];
-        Ok(Self { recording, moving, profile, film, frames, body, drag: points, factors, damages })
-    }
-
-    /// Columns and rows of its frames \[pixels\].
-    pub fn size(&self) -> (u32, u32) {
-        self.film.size()
-    }
-
-    /// Number of its frames.
-    pub fn length(&self) -> usize {
-        self.frames.len()
+        Ok(Self { recording, clock, moving, profile, film, frames, body, drag: points, factors, damages })
     }
 
     /// Draws the frames one after the other; answers what of the recording is damaged.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, a frame cannot be drawn, or `take` has failed.
-    pub fn draw(&self, take: impl FnMut(Raster) -> Result<(), String>) -> Result<Vec<Damage>, Failure> {
+    fn draw(&self, take: impl FnMut(Raster) -> Result<(), String>) -> Result<Vec<Damage>, Failure> {
         let drawing = Drawing { animation: self, take, next: 0, waiting: VecDeque::new(), latest: None };
         let drawing = RefCell::new(drawing);
         let mut pass = Pass::over(&self.recording, Window::default());
-        let numbers = self.frames.iter().map(|frame| frame.number).collect();
-        match (&self.moving, &self.profile) {
-            (Some(moving), _) => {
-                let channel = &self.recording.channels[&moving.id];
-                pass.numbers(moving.id, numbers, |moment, _| {
-                    let Some(slice) = slice(channel, moving.leaf, moment) else { return Ok(()) };
-                    drawing.borrow_mut().section(moving.values(&slice))
-                });
-                if let Some((id, leaf, scale)) = &self.profile {
-                    let channel = &self.recording.channels[id];
-                    pass.each(*id, |moment, _| {
-                        let Some(profile) = profile(channel, *leaf, moment) else { return Ok(()) };
-                        drawing.borrow_mut().profile(moment.time, scale.points(profile))
-                    });
-                }
-            }
-            (None, Some((id, leaf, scale))) => {
-                let channel = &self.recording.channels[id];
-                pass.numbers(*id, numbers, |moment, _| {
-                    let points = profile(channel, *leaf, moment).map(|profile| scale.points(profile));
-                    let mut drawing = drawing.borrow_mut();
-                    drawing.latest = Some((moment.time, points.unwrap_or_default()));
-                    drawing.section(Vec::new())
-                });
-            }
-            (None, None) => {
-                (0..self.frames.len()).try_for_each(|_| drawing.borrow_mut().section(Vec::new()))?
-            }
+        let numbers: BTreeSet<u64> = self.frames.iter().map(|frame| frame.number).collect();
+        if let Some((id, leaf, scale)) = &self.profile {
+            let channel = &self.recording.channels[id];
+            let take = |moment: &Moment, _: &mut Budget| {
+                let Some(profile) = profile(channel, *leaf, moment) else { return Ok(()) };
+                drawing.borrow_mut().profile(moment.time, scale.points(profile))
+            };
+            // before the frame of the same message
+            if *id == self.clock { pass.numbers(*id, numbers.clone(), take) } else { pass.each(*id, take) }
         }
+        let channel = &self.recording.channels[&self.clock];
+        pass.numbers(self.clock, numbers, |moment, _| {
+            let values = match &self.moving {
+                Some(moving) => slice(channel, moving.leaf, moment).map(|slice| moving.values(&slice)),
+                None => Some(Vec::new()),
+            };
+            values.map_or(Ok(()), |values| drawing.borrow_mut().section(values))
+        });
         let damages = pass.run()?.damages;
-        drawing.borrow_mut().end()?;
+        drawing.borrow_mut().draw_down_to(0)?;
         Ok([self.damages.as_slice(), &damages].concat())
     }
 
@@ -470,7 +379,6 @@ const WAITING: usize = 4;
 struct Drawing<'a, F> {
     animation: &'a Animation,
     take: F,
-    /// Number of the next section.
     next: usize,
     waiting: VecDeque<(usize, Vec<f64>)>,
     latest: Option<(f64, Curve)>,
@@ -481,17 +389,15 @@ impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
         self.animation.frames[i].time
     }
 
-    /// Takes the values of the next section.
     fn section(&mut self, values: Vec<f64>) -> Result<(), Failure> {
         let time = self.time(self.next);
         self.waiting.push_back((self.next, values));
         self.next += 1;
         let is_known = self.animation.profile.is_none()
             || self.latest.as_ref().is_some_and(|(latest, _)| *latest == time);
-        if is_known { self.end() } else { self.draw_down_to(WAITING) }
+        self.draw_down_to(if is_known { 0 } else { WAITING })
     }
 
-    /// Takes a profile.
     fn profile(&mut self, time: f64, points: Curve) -> Result<(), Failure> {
         let before = self.latest.replace((time, points));
         while let Some(at) = self.waiting.front().map(|(i, _)| self.time(*i)).filter(|at| *at <= time) {
@@ -513,11 +419,6 @@ impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
         }
         Ok(())
     }
-
-    /// Draws all that waits.
-    fn end(&mut self) -> Result<(), Failure> {
-        self.draw_down_to(0)
-    }
 }
 
 impl Moving {
@@ -527,12 +428,14 @@ impl Moving {
         (id, leaf): (u16, usize),
         bounds: &mut Bounds,
         body: &Body,
-        request: &Request,
+        request: &Animate,
     ) -> Result<Option<Self>, Failure> {
         let channel = &recording.channels[&id];
         let range = request.range.or(recording.colour_range(&channel.topic)).or_else(|| bounds.quantile());
-        let (Some(range), Some([rows, columns])) = (range, bounds.sides.clone()) else { return Ok(None) };
-        let part = bounds.part(range);
+        let part = range.and_then(|range| bounds.part(range));
+        let (Some(range), Some(frame)) = (range, bounds.largest.take()) else { return Ok(None) };
+        let (value, per_value) = prefixed(&frame.heading(), range, &request.units);
+        let Slice { rows, columns, axes: [row, _], .. } = frame;
         let count = |side: &Side, reach: Option<f64>| {
             let reach = reach.unwrap_or(f64::INFINITY);
             (0..side.length()).take_while(|i| side.at(*i) <= reach).count().max(2).min(side.length())
@@ -545,20 +448,16 @@ impl Moving {
         let part = [first.min(down - 1)..down, 0..count(&columns, part.map(|part| part.width))];
         let (rows, columns) = (rows.part(part[0].clone()), columns.part(part[1].clone()));
         let largest = |side: &Side| side.at(side.length() - 1).abs();
-        let length = Heading::new("r", bounds.length_unit.as_deref());
+        let length = Heading { name: "r".into(), ..row.clone() };
         let (length, per_length) = prefixed(&length, largest(&rows).max(largest(&columns)), &request.units);
-        let path = channel.layout.as_ref().map_or("", |layout| &layout.leaves[leaf].path);
-        let value = Heading::new(shown_name(&channel.topic, path), bounds.unit.as_deref());
-        let (value, per_value) = prefixed(&value, range, &request.units);
-        let row = bounds.coordinate.clone().unwrap_or_default();
-        let layers = recording.layers(&row).into_iter();
+        let layers = recording.layers(&row.name).into_iter();
         let scaled = rows.scaled(per_length);
         let depth = scaled.at(scaled.length() - 1);
         let tall = body.outline.last().map_or(0.0, |[_, f]| f * per_length);
         let image = Image {
             title: channel.topic.clone(),
             value_label: value.with_unit(),
-            row_label: Heading { name: row, ..length.clone() }.with_unit(),
+            row_label: Heading { name: row.name, ..length.clone() }.with_unit(),
             column_label: length.with_unit(),
             rows: scaled,
             columns: columns.scaled(per_length),
@@ -574,7 +473,7 @@ impl Moving {
         let outline = body.outline.iter().map(|point| point.map(|length| length * per_length)).collect();
         let section = Section { image, range: range * per_value, headroom, outline };
         let (deepest, factors) = (DEEPEST * depth, [per_length, per_value]);
-        Ok(Some(Self { id, leaf, part, section, deepest, gives, factors }))
+        Ok(Some(Self { leaf, part, section, deepest, gives, factors }))
     }
 
     /// The values of a frame that are shown: 0 where it has none, which is at rest.
@@ -594,7 +493,7 @@ impl Moving {
 }
 
 /// Channel and leaf of the field that is asked for, else of the stress or the first field; `None` without any.
-fn field(recording: &Recording, request: &Request) -> Result<Option<(u16, usize)>, Failure> {
+fn field(recording: &Recording, request: &Animate) -> Result<Option<(u16, usize)>, Failure> {
     if let Some(topic) = &request.topic {
         let matrix = |id: u16| Axis::matrices(&recording.channels[&id]).next().map(|leaf| (id, leaf));
         let ids = select::channels(recording, std::slice::from_ref(topic))?;
@@ -624,7 +523,6 @@ struct Scale {
     ends: (f64, f64),
 }
 
-/// How profiles are drawn.
 struct ProfileScale {
     diagram: Diagram,
     /// Of positions and stresses.
@@ -641,7 +539,7 @@ impl Scale {
     }
 
     /// In the units that are chosen, else with the prefixes that fit; `None` without a profile.
-    fn scaled(self, request: &Request) -> Option<ProfileScale> {
+    fn scaled(self, request: &Animate) -> Option<ProfileScale> {
         let [axis, stress] = self.headings?;
         let (low, high) = self.ends;
         let (axis, per_length) = prefixed(&axis, self.reach, &request.units);
@@ -656,7 +554,6 @@ impl Scale {
 }
 
 impl ProfileScale {
-    /// A profile as it is drawn.
     fn points(&self, profile: Profile) -> Curve {
         let [per_length, per_stress] = self.factors;
         thinned(&profile.points, PROFILE_POINTS)
@@ -685,7 +582,8 @@ fn drag(
     points: &[(f64, f64)],
     force: &Heading,
     (time, per_time): (&Heading, f64),
-    request: &Request,
+    (first, last): (f64, f64),
+    request: &Animate,
 ) -> (Option<Diagram>, Curve) {
     let mut points = downsampled(points);
     let ends =
@@ -696,16 +594,13 @@ fn drag(
     }
     let diagram = Diagram {
         labels: [time.with_unit(), force.with_unit()],
-        ends: [(0.0, 1.0), span(ends.0 * per_force, ends.1 * per_force)],
+        ends: [
+            (first, if last > first { last } else { first + 1.0 }),
+            span(ends.0 * per_force, ends.1 * per_force),
+        ],
         rest: points.clone(),
     };
     (Some(diagram).filter(|_| !points.is_empty()), points)
-}
-
-/// A diagram over some times.
-fn within(diagram: Diagram, (first, last): (f64, f64)) -> Diagram {
-    let end = if last > first { last } else { first + 1.0 };
-    Diagram { ends: [(first, end), diagram.ends[1]], ..diagram }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::{
     collections::HashMap,
     io::{self, BufWriter, Write},
-    path::{Path, PathBuf},
+    path::PathBuf,
     thread,
 };
 
@@ -34,104 +34,83 @@ Examples:
 #[command(after_help = CAT_EXAMPLES)]
 pub struct Cat {
     /// Recording
-    file: PathBuf,
+    pub(crate) file: PathBuf,
+    /// Topics, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
+    topics: Vec<Pattern>,
+    /// Times, of the field `time`, or of the log time in seconds from the start of the recording, and every n-th message of each topic; where that
+    /// leaves out the last one, it comes at the end.
     #[command(flatten)]
-    request: Request,
+    window: Window,
+    /// Times: of every topic the messages nearest to them, in the unit that is recorded or with one, 87us
+    #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
+    #[arg(conflicts_with_all = ["from", "to", "every", "follow"])]
+    at_times: Vec<Bound>,
+    /// Keep reading a recording that is still being written, until it is finished
+    #[arg(long)]
+    follow: bool,
 }
 
 impl Verb for Cat {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let mut output = BufWriter::new(io::stdout());
-        let damages =
-            cat(&self.file, &self.request, limits, &mut output).map_err(|failure| failure.at(None))?;
+        let damages = self.write(limits, &mut output).map_err(|failure| failure.at(None))?;
         output.flush().map_err(|error| Failure::from(error).at(None))?;
         Ok(loss(&self.file, &damages))
     }
 }
 
-/// What to show.
-#[derive(Args, Clone, Debug, Default)]
-pub struct Request {
-    /// Topics, separated by commas; `*` stands for anything [default: all]
-    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
-    pub topics: Vec<Pattern>,
-    /// Times, of the field `time`, or of the log time in seconds from the start of the recording, and every n-th message of each topic; where that
-    /// leaves out the last one, it comes at the end.
-    #[command(flatten)]
-    pub window: Window,
-    /// Times: of every topic the messages nearest to them, in the unit that is recorded or with one, 87us
-    #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
-    #[arg(conflicts_with_all = ["from", "to", "every", "follow"])]
-    pub at_times: Vec<Bound>,
-    /// Keep reading a recording that is still being written, until it is finished
-    #[arg(long)]
-    pub follow: bool,
-}
-
-/// Writes one JSON object per message: topic, log time, sequence, and the message, in the JSON mapping of protobuf
-/// where it is that.
-/// Messages that cannot be decoded, or unpack to more than there is memory for, come as the number of their bytes.
-///
-/// # Errors
-///
-/// The file cannot be read or the output not written.
-pub fn cat(
-    path: &Path,
-    request: &Request,
-    limits: Limits,
-    output: &mut dyn Write,
-) -> Result<Vec<Damage>, Failure> {
-    let mut recording = Recording::open(path, limits)?;
-    // of a file that is being written, topics may still be to come
-    while request.follow
-        && (recording.channels.is_empty() || select::channels(&recording, &request.topics).is_err())
-    {
-        thread::sleep(POLL);
-        recording = Recording::open(path, limits)?;
-    }
-    let ids = select::channels(&recording, &request.topics)?;
-    ids.iter().try_for_each(|id| request.window.check(&recording.channels[id]))?;
-    if !request.at_times.is_empty() {
-        let (kept, damages) = kept_at(&recording, &ids, &request.at_times)?;
+impl Cat {
+    /// Writes one JSON object per message: topic, log time, sequence, and the message, in the JSON mapping of protobuf
+    /// where it is that.
+    /// Messages that cannot be decoded, or unpack to more than there is memory for, come as the number of their bytes.
+    fn write(&self, limits: Limits, output: &mut dyn Write) -> Result<Vec<Damage>, Failure> {
+        let mut recording = Recording::open(&self.file, limits)?;
+        // of a file that is being written, topics may still be to come
+        while self.follow
+            && (recording.channels.is_empty() || select::channels(&recording, &self.topics).is_err())
+        {
+            thread::sleep(POLL);
+            recording = Recording::open(&self.file, limits)?;
+        }
+        let ids = select::channels(&recording, &self.topics)?;
+        ids.iter().try_for_each(|id| self.window.check(&recording.channels[id]))?;
         let mut text = Text { bytes: Vec::new(), room: limits.kept() };
-        for message in kept.iter().map(Kept::message) {
-            line(&recording.channels[&message.channel], &message, limits, &mut text, output)?;
+        let mut line = |message: &Message<'_>, output: &mut dyn Write| {
+            line(&recording.channels[&message.channel], message, limits, &mut text, output)
+        };
+        if !self.at_times.is_empty() {
+            let (kept, damages) = kept_at(&recording, &ids, &self.at_times)?;
+            kept.iter().try_for_each(|kept| line(&kept.message(), output))?;
+            return Ok(damages);
         }
-        return Ok(damages);
-    }
-    let window = request.window.log_times_of(&recording, ids.iter().copied());
-    let mut messages = recording.messages(ids, window)?;
-    if request.follow {
-        messages.follow();
-    }
-    let (mut seen, mut left_out) = (HashMap::<u16, u64>::new(), LeftOut::default());
-    let mut text = Text { bytes: Vec::new(), room: limits.kept() };
-    loop {
-        messages.for_each(|next| {
-            let message = next.message;
-            if !request.window.holds(next.instant()) {
-                return Ok(());
-            }
-            let count = seen.entry(message.channel).or_default();
-            *count += 1;
-            if request.window.leaves_out(*count - 1) {
-                return Ok(left_out.keep(&message, limits.kept())?);
-            }
-            left_out.forget(message.channel);
-            Ok(line(next.channel, &message, limits, &mut text, output)?)
-        })?;
-        output.flush()?;
-        if messages.is_over() {
-            for message in left_out.in_order() {
-                line(&recording.channels[&message.channel], &message, limits, &mut text, output)?;
-            }
-            return Ok(messages.seen().damages);
+        let window = self.window.log_times_of(&recording, ids.iter().copied());
+        let mut messages = recording.messages(ids, window)?;
+        if self.follow {
+            messages.follow();
         }
-        thread::sleep(POLL);
+        let (mut seen, mut left_out) = (HashMap::<u16, u64>::new(), LeftOut::default());
+        loop {
+            messages.for_each(|next| {
+                let message = next.message;
+                if !self.window.holds(next.instant()) {
+                    return Ok(());
+                }
+                let count = seen.entry(message.channel).or_default();
+                *count += 1;
+                if self.window.leaves_out(*count - 1) {
+                    return Ok(left_out.keep(&message, limits.kept())?);
+                }
+                left_out.forget(message.channel);
+                Ok(line(&message, output)?)
+            })?;
+            output.flush()?;
+            if messages.is_over() {
+                left_out.in_order().try_for_each(|message| line(&message, output))?;
+                return Ok(messages.seen().damages);
+            }
+            thread::sleep(POLL);
+        }
     }
 }
 
@@ -166,7 +145,6 @@ impl LeftOut {
         self.bytes -= self.newest.remove(&channel).map_or(0, |(_, kept)| kept.data.len());
     }
 
-    /// What is kept, in the order of the file.
     fn in_order(&self) -> impl Iterator<Item = Message<'_>> {
         let mut newest: Vec<_> = self.newest.values().collect();
         newest.sort_by_key(|(number, _)| *number);
@@ -194,7 +172,6 @@ impl Write for Text {
     }
 }
 
-/// Writes a message on a line.
 fn line(
     channel: &Channel,
     message: &Message<'_>,

@@ -95,7 +95,7 @@ part was compared."
 pub struct Diff {
     /// Reference, and one or more recordings (or folders) to compare with it; either may be a table
     #[arg(required = true, num_args = 2.., value_name = "FILE")]
-    files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     options: Options,
     #[command(flatten)]
@@ -165,10 +165,6 @@ struct Outcome {
 }
 
 impl Verb for Diff {
-    fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         // status 1 says that recordings differ: whatever fails here is another
         self.compare_all(limits).map_err(Failure::into_usage)

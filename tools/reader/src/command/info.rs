@@ -29,17 +29,13 @@ Examples:
 #[command(after_help = INFO_EXAMPLES)]
 pub struct Info {
     /// Recording
-    file: PathBuf,
+    pub(crate) file: PathBuf,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
 
 impl Verb for Info {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let (text, recording) = info(&self.file, self.json, limits)?;
         show(&text, self.json)?;
@@ -151,7 +147,6 @@ fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
     text
 }
 
-/// A line per channel.
 fn channels(recording: &Recording) -> String {
     let mut text = "\nchannels\n".to_owned();
     let widths = recording.channels.values().map(|channel| printable(&channel.topic).chars().count());

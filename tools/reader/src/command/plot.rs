@@ -1,41 +1,40 @@
 //! `plot`: fields against time, arrays over their axis at chosen times, matrices as images, arrays over place and time, columns
 //! of tables.
 
-pub(super) mod axes;
+mod axes;
 mod curves;
-pub(super) mod cut;
 mod frames;
 mod map;
-mod request;
-mod table;
 
 use std::{
     io::{self, IsTerminal},
     path::{Path, PathBuf},
 };
 
-use axes::{Line, panel, units};
+use axes::{Line, panel};
 use clap::Args;
-use curves::{Lines, sides};
+use curves::{Lines, of_columns, sides};
 use frames::at_times;
+use indexmap::IndexMap;
 use map::over_time;
 use percuss_picture::{Medium, Panel, draw};
 use percuss_table::Heading;
-use table::of_columns;
 
 use crate::{
     axis::Axis,
-    command::trace::{Outcome, names},
+    command::trace::names,
+    convention,
     failure::Failure,
-    measured::is_table,
+    field::Selection,
+    measured::{Sources, is_table},
     messages::Recording,
     recording::Limits,
-    select::{self, Bound},
-    verb::{Chosen, Exit, Verb, Write, by_extension, has_colour, losses, say, say_left_out},
+    select::{self, Bound, Pattern, Window, finite_time},
+    units::Units,
+    verb::{Chosen, Exit, Losses, Verb, Write, by_extension, has_colour, say},
 };
 
 pub(crate) use curves::traces;
-pub use request::{Drawn, Request};
 
 const PLOT_EXAMPLES: &str = "\
 Examples:
@@ -89,7 +88,7 @@ one, --at-time 87us; --range and --x-range are numbers in the unit of the record
 pub struct Plot {
     /// Recordings, drawn over each other, and tables beside them; or one table
     #[arg(required = true)]
-    files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     chosen: Chosen,
     #[command(flatten)]
@@ -101,12 +100,119 @@ pub struct Plot {
     write: Write,
 }
 
+/// What to draw.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Request {
+    /// Topics; if none, that of [`select::channels_or_default`](crate::select::channels_or_default).
+    #[arg(skip)]
+    pub topics: Vec<Pattern>,
+    /// Fields and positions.
+    #[arg(skip)]
+    pub selection: Selection,
+    /// Fields on an axis at the right, of the chosen topics or of another: FIELD or TOPIC.FIELD; may be repeated
+    #[arg(long, value_name = "FIELD")]
+    #[arg(conflicts_with_all = ["at_times", "map"])]
+    pub right: Vec<String>,
+    /// An array over its axis and over time, as an image; a matrix along a line, --at r=0 or --at z=0.5. Nearest-neighbour
+    /// in both; missing elements are 0
+    #[arg(long, conflicts_with_all = ["at_times", "every"])]
+    pub map: bool,
+    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit that is recorded or with one,
+    /// 87us, whatever prefix the picture has
+    #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
+    #[arg(conflicts_with_all = ["from", "to", "every"])]
+    pub at_times: Option<Vec<Bound>>,
+    /// Times, and every n-th row.
+    #[command(flatten)]
+    pub window: Window,
+    /// Log times as seconds since 1970 instead of from the start of the recording
+    #[arg(long)]
+    pub epoch: bool,
+    /// Draw columns of a table (CSV, JSON lines, Parquet, .npz): the one along the horizontal axis; a column is named without its
+    /// unit
+    #[arg(long, value_name = "KEY", requires = "y")]
+    #[arg(conflicts_with_all = ["topics", "fields", "at", "right", "map", "at_times", "from", "to", "every", "epoch"])]
+    pub x: Option<String>,
+    /// The column along the vertical axis
+    #[arg(long, value_name = "KEY", requires = "x")]
+    pub y: Option<String>,
+    /// A column whose every value has a curve of its own, drawn from the least to the greatest of --x
+    #[arg(long, value_name = "KEY", requires = "x")]
+    pub by: Option<String>,
+    /// Tables beside recordings.
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Time that is added to those of tables beside recordings, in the unit of the recording or with one, 5us
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = finite_time)]
+    pub time_offset: Option<Bound>,
+    /// Units that are chosen.
+    #[command(flatten)]
+    pub units: Units,
+    /// Logarithmic axes, horizontal and vertical.
+    #[arg(skip)]
+    pub log: (bool, bool),
+    /// Ends of the vertical axis, or of the colours of an image, in the unit of the recording: LOW,HIGH
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub range: Option<(f64, f64)>,
+    /// Ends of the horizontal axis, in the unit of the recording: LOW,HIGH [default of the image of a matrix: where it can be seen]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub x_range: Option<(f64, f64)>,
+    /// Ends of the vertical axis of an image, in the unit of the recording: LOW,HIGH
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub y_range: Option<(f64, f64)>,
+    /// Title [default: the names of the files]
+    #[arg(long)]
+    pub title: Option<String>,
+}
+
+impl Request {
+    /// A recording, and the topics whose arrays are drawn: the stress of the interface if none are named.
+    fn open_arrays(&self, path: &Path, limits: Limits) -> Result<(Recording, Vec<u16>), Failure> {
+        let mut recording = Recording::open(path, limits)?;
+        if self.epoch {
+            recording.count_from(0);
+        }
+        let default = [convention::INTERFACE.parse().expect("a plain topic")];
+        let topics = if self.topics.is_empty() { &default[..] } else { &self.topics };
+        let ids = select::channels(&recording, topics)?;
+        Ok((recording, ids))
+    }
+
+    /// Refuses what only images have.
+    fn check_curves(&self) -> Result<(), Failure> {
+        match self.y_range {
+            Some(_) => {
+                Err(Failure::Usage("--y-range is for images; --range is the vertical axis of curves".into()))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Two numbers, the lower first.
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let numbers = text.split_once(',').and_then(|(low, high)| {
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        Some((number(low)?, number(high)?))
+    });
+    numbers
+        .filter(|(low, high)| low < high)
+        .ok_or_else(|| "write a range as LOW,HIGH, the lower end first".into())
+}
+
+#[derive(Default)]
+pub struct Drawn {
+    pub picture: Vec<u8>,
+    /// What of its files could not be read.
+    pub losses: Losses,
+    pub notes: Vec<String>,
+}
+
 /// What a file of this name is drawn as.
 pub(super) fn medium(output: &Path) -> Result<Medium, Failure> {
     by_extension(output, &Medium::FILES, None)
 }
 
-/// What is drawn on standard output.
 fn terminal() -> Medium {
     const COLUMNS: usize = 100;
     const ROWS: usize = 30;
@@ -120,10 +226,6 @@ fn terminal() -> Medium {
 }
 
 impl Verb for Plot {
-    fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(&self.files)?;
         let medium = self.write.path().map_or(Ok(terminal()), medium)?;
@@ -137,22 +239,11 @@ impl Verb for Plot {
         };
         let drawn = plot(&self.files, &request, limits, medium)?;
         self.write.whole(&drawn.picture)?;
-        say_left_out(&drawn.left_out);
-        if let Some(remark) = &drawn.remark {
-            say(remark);
-        }
-        if drawn.lacking > 0 {
-            say(&format!("note: left out: {} rows without a number in both columns", drawn.lacking));
-        }
-        Ok(losses(&drawn.damages, drawn.undecoded))
+        drawn.notes.iter().for_each(|note| say(note));
+        Ok(drawn.losses.report())
     }
 }
 
-/// Draws a picture.
-///
-/// # Errors
-///
-/// A file cannot be read, or there is nothing in it to draw.
 pub fn plot(paths: &[PathBuf], request: &Request, limits: Limits, medium: Medium) -> Result<Drawn, Failure> {
     let title = request.title.clone().unwrap_or_else(|| names(paths).join(", "));
     if let (Some(x), Some(y)) = (&request.x, &request.y) {
@@ -186,11 +277,10 @@ pub fn plot(paths: &[PathBuf], request: &Request, limits: Limits, medium: Medium
     let (Lines { time, lines, outcome }, right) = sides(paths, request, limits)?;
     let panels = panels(&time, lines, right, request, title)?;
     let picture = draw(&panels, medium).map_err(Failure::drawing)?;
-    let Outcome { damages, undecoded, left_out, .. } = outcome;
-    Ok(Drawn { picture, damages, undecoded, left_out, ..Drawn::default() })
+    let notes = outcome.left_out.iter().map(|error| format!("note: left out: {error}")).collect();
+    Ok(Drawn { picture, losses: outcome.losses, notes })
 }
 
-/// Largest number of diagrams in a picture.
 const MAX_PANELS: usize = 12;
 
 /// A diagram for every unit, one below the other; curves of an axis at the right go into the first.
@@ -201,19 +291,17 @@ fn panels(
     request: &Request,
     title: String,
 ) -> Result<Vec<Panel>, Failure> {
-    let units = units(&lines);
-    if units.len() > MAX_PANELS {
-        let text = format!("the curves have {} different units; choose fields with --field", units.len());
+    let mut groups = IndexMap::<Option<String>, Vec<Line>>::new();
+    for line in lines {
+        groups.entry(line.heading.unit.clone()).or_default().push(line);
+    }
+    if groups.len() > MAX_PANELS {
+        let text = format!("the curves have {} different units; choose fields with --field", groups.len());
         return Err(Failure::Usage(text));
     }
-    let mut groups: Vec<Vec<Line>> = units.iter().map(|_| Vec::new()).collect();
-    for line in lines {
-        if let Some(i) = units.iter().position(|unit| *unit == line.heading.unit) {
-            groups[i].push(line);
-        }
-    }
+    let groups = groups.into_values();
     let mut panels: Vec<Panel> =
-        groups.into_iter().map(|group| panel(time, group, std::mem::take(&mut right), request)).collect();
+        groups.map(|group| panel(time, group, std::mem::take(&mut right), request)).collect();
     if let Some(first) = panels.first_mut() {
         first.title = title;
     }

@@ -41,7 +41,7 @@ Exit status: 0 nothing was lost, 1 failed, 2 usage, 3 something was lost.";
 #[command(mut_arg("output", |new| new.help("New recording").required(true)))]
 pub struct Recover {
     /// Damaged recording
-    file: PathBuf,
+    pub(crate) file: PathBuf,
     #[command(flatten)]
     write: Write,
     /// Print JSON
@@ -49,16 +49,11 @@ pub struct Recover {
     json: bool,
 }
 
-/// Version of the JSON form of `recover`.
 const RECOVER_VERSION: u32 = 1;
 
 impl Verb for Recover {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
-        self.write.refuse_inputs(self.files())?;
+        self.write.refuse_inputs([&self.file])?;
         let path = self.write.named()?;
         by_extension(path, &[("mcap", ())], Some(()))?;
         // what is no recording leaves no new file
@@ -135,7 +130,15 @@ pub fn recover(path: &Path, output: impl io::Write, limits: Limits) -> Result<Re
         .disable_seeking(true);
     let writer = options.create(NoSeek::new(BufWriter::new(output)))?;
     let mut scan = Scan::open(path, limits)?;
-    let mut copy = Copy::new(writer, limits);
+    let mut copy = Copy {
+        writer,
+        budget: Budget::new(limits.directory()),
+        result: Recovered::default(),
+        topics: BTreeMap::new(),
+        schemas: BTreeSet::new(),
+        unknown: BTreeMap::new(),
+        chunk: None,
+    };
     // the summary may name what the damaged part defined
     let index = Arc::clone(scan.index());
     for record in &index.directory {
@@ -193,7 +196,6 @@ struct Copy<W: io::Write> {
     topics: BTreeMap<u16, String>,
     schemas: BTreeSet<u16>,
     unknown: BTreeMap<u16, u64>,
-    /// The chunk being copied.
     chunk: Option<Chunk>,
 }
 
@@ -209,18 +211,6 @@ struct Chunk {
 }
 
 impl<W: io::Write> Copy<W> {
-    fn new(writer: Writer<NoSeek<BufWriter<W>>>, limits: Limits) -> Self {
-        Self {
-            writer,
-            budget: Budget::new(limits.directory()),
-            result: Recovered::default(),
-            topics: BTreeMap::new(),
-            schemas: BTreeSet::new(),
-            unknown: BTreeMap::new(),
-            chunk: None,
-        }
-    }
-
     fn define(&mut self, record: &Record<'_>) -> Result<(), McapError> {
         let weight = match record {
             Record::Schema { header, data } if !self.schemas.contains(&header.id) => {
@@ -232,8 +222,8 @@ impl<W: io::Write> Copy<W> {
             }
             Record::Channel(channel) if self.topics[&channel.id] != channel.topic => {
                 let text = defined_again(channel, &self.topics[&channel.id]);
-                if self.result.lost.len() < MAX_LOST && !self.result.lost.contains(&text) {
-                    self.result.lost.push(text);
+                if !self.result.lost.contains(&text) {
+                    self.lose_one_of_many(text);
                 }
                 return Ok(());
             }
@@ -241,16 +231,16 @@ impl<W: io::Write> Copy<W> {
         };
         // as the writer has it, and once more while it writes
         if !self.budget.spend(512 + 2 * weight) {
-            self.lose_definition("it takes more memory than there is for it (--max-memory)");
+            let reason = "it takes more memory than there is for it (--max-memory)";
+            self.lose_one_of_many(format!("a definition: {reason}"));
             return Ok(());
         }
         match self.add(record) {
-            Err(error @ McapError::Io(_)) => Err(error),
-            Err(error) => {
-                self.lose_definition(&error.to_string());
+            Err(error) if !matches!(error, McapError::Io(_)) => {
+                self.lose_one_of_many(format!("a definition: {}", short(&error.to_string())));
                 Ok(())
             }
-            Ok(()) => Ok(()),
+            added => added,
         }
     }
 
@@ -274,21 +264,21 @@ impl<W: io::Write> Copy<W> {
         }
     }
 
-    fn lose_definition(&mut self, reason: &str) {
-        // a hostile file may hold millions of them
+    /// Notes something of which a hostile file may hold millions.
+    fn lose_one_of_many(&mut self, text: String) {
         if self.result.lost.len() < MAX_LOST {
-            self.result.lost.push(format!("a definition: {}", short(reason)));
+            self.result.lost.push(text);
         }
     }
 
     /// True if there is room for the place of an attachment or metadata record in the summary.
     fn has_place(&mut self, what: &str, name: &str) -> bool {
         let has_room = self.budget.spend(256 + 2 * name.len());
-        if !has_room && self.result.lost.len() < MAX_LOST {
+        if !has_room {
             let name = short(name);
-            self.result
-                .lost
-                .push(format!("{what} `{name}`: its place has no room in the summary (--max-memory)"));
+            self.lose_one_of_many(format!(
+                "{what} `{name}`: its place has no room in the summary (--max-memory)"
+            ));
         }
         has_room
     }

@@ -40,109 +40,94 @@ Examples:
 #[command(after_help = REPLAY_EXAMPLES)]
 pub struct Replay {
     /// Recording, any MCAP file
-    file: PathBuf,
-    #[command(flatten)]
-    request: Request,
+    pub(crate) file: PathBuf,
+    /// Where to serve: HOST:PORT, HOST or PORT; port 0 for any that is free [default: 127.0.0.1:8765, this machine only]
+    #[arg(long = "addr", value_name = "ADDR")]
+    address: Option<Address>,
+    /// Let pages of this origin connect, for example `https://app.foxglove.dev`: the site of a viewer in a browser; * for all
+    /// sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<AllowedOrigin>,
+    /// Log time that passes in a second
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = speed)]
+    speed: f64,
+    /// Begin again at the end
+    #[arg(long = "loop", conflicts_with = "once")]
+    repeat: bool,
+    /// End after the last message, when viewers have left, instead of waiting for viewers that go back
+    #[arg(long)]
+    once: bool,
+    /// With --once, wait for viewers to leave so many seconds at most
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = percuss_serve::seconds, requires = "once")]
+    hold: Duration,
+    /// First time, in the unit of the time of messages or with one, 32us; else in seconds of log time
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    from: Option<Bound>,
+    /// Last time, like the first
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    to: Option<Bound>,
 }
 
 impl Verb for Replay {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
+    /// Serves a recording until the end if that is asked for, else for good.
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
-        replay(&self.file, &self.request, limits)
+        let path = self.file.as_path();
+        let recording = Recording::open(path, limits)?;
+        let window = Window { from: self.from, to: self.to, every: 1 };
+        let mut timed = recording.channels.values().filter(|channel| channel.has_time());
+        timed.try_for_each(|channel| window.check(channel))?;
+        let (mut timeline, opened) = open(path, limits)?;
+        let span = timeline.span().and_then(|(first, last)| {
+            let (low, high) = log_times(&recording, window);
+            let span = (first.max(low), last.min(high));
+            (span.0 <= span.1).then_some(span)
+        });
+        let Some(span) = span else {
+            let (from, to) = (self.from.map(Bound::number), self.to.map(Bound::number));
+            let (from, to) = (from.unwrap_or(0.0), to.unwrap_or(f64::INFINITY));
+            return Err(Failure::Usage(format!("no messages from {from} to {to}")));
+        };
+        // a file of which nothing can be played is refused before viewers are awaited
+        timeline.go_to(span.0);
+        let first = timeline.next_event()?;
+        let begun = loss(path, timeline.damages());
+        if first.is_none() {
+            return Err(nothing());
+        }
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
+        let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
+        let address = self.address.clone().unwrap_or_default();
+        let access = Access { origins: self.allow_origin.clone(), report: Arc::new(say) };
+        let server = Server::open(&address, &name, &channels, Some(span), access)?;
+        say(&format!(
+            "{name}: at {} for {}; plays when viewers have subscribed",
+            server.url(),
+            server.reach()
+        ));
+        let mut player = Player {
+            server,
+            path,
+            said: timeline.damages().len(),
+            exit: if begun == Exit::Loss { begun } else { opened },
+            timeline,
+            numbers,
+            span,
+            speed: self.speed,
+            state: Playing::Playing,
+            is_waiting: true,
+            head: None,
+            clock: (Instant::now(), span.0),
+        };
+        player.run(self.once, self.repeat)?;
+        player.server.hold(self.hold, || false);
+        Ok(player.exit)
     }
 }
 
 /// Longest wait between two checks of what viewers want.
 const NAP: Duration = Duration::from_millis(50);
 
-/// What to replay, and how.
-#[derive(Args, Clone, Debug)]
-pub struct Request {
-    /// Where to serve: HOST:PORT, HOST or PORT; port 0 for any that is free [default: 127.0.0.1:8765, this machine only]
-    #[arg(long = "addr", value_name = "ADDR")]
-    pub address: Option<Address>,
-    /// Let pages of this origin connect, for example `https://app.foxglove.dev`: the site of a viewer in a browser; * for all
-    /// sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
-    #[arg(long, value_name = "ORIGIN")]
-    pub allow_origin: Vec<AllowedOrigin>,
-    /// Log time that passes in a second
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = speed)]
-    pub speed: f64,
-    /// Begin again at the end
-    #[arg(long = "loop", conflicts_with = "once")]
-    pub repeat: bool,
-    /// End after the last message, when viewers have left, instead of waiting for viewers that go back
-    #[arg(long)]
-    pub once: bool,
-    /// With --once, wait for viewers to leave so many seconds at most
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = percuss_serve::seconds, requires = "once")]
-    pub hold: Duration,
-    /// First time, in the unit of the time of messages or with one, 32us; else in seconds of log time
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub from: Option<Bound>,
-    /// Last time, like the first
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub to: Option<Bound>,
-}
-
-/// Serves a recording until the end if that is asked for, else for good.
-///
-/// # Errors
-///
-/// The file cannot be read or nothing served.
-pub fn replay(path: &Path, request: &Request, limits: Limits) -> Result<Exit, Failure> {
-    let recording = Recording::open(path, limits)?;
-    let window = Window { from: request.from, to: request.to, every: 1 };
-    let mut timed = recording.channels.values().filter(|channel| channel.has_time());
-    timed.try_for_each(|channel| window.check(channel))?;
-    let (mut timeline, opened) = open(path, limits)?;
-    let span = timeline.span().and_then(|(first, last)| {
-        let (low, high) = log_times(&recording, window);
-        let span = (first.max(low), last.min(high));
-        (span.0 <= span.1).then_some(span)
-    });
-    let Some(span) = span else {
-        let (from, to) = (request.from.map(Bound::number), request.to.map(Bound::number));
-        let (from, to) = (from.unwrap_or(0.0), to.unwrap_or(f64::INFINITY));
-        return Err(Failure::Usage(format!("no messages from {from} to {to}")));
-    };
-    // a file of which nothing can be played is refused before viewers are awaited
-    timeline.go_to(span.0);
-    let first = timeline.next_event()?;
-    let begun = loss(path, timeline.damages());
-    if first.is_none() {
-        return Err(nothing());
-    }
-    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
-    let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
-    let address = request.address.clone().unwrap_or_default();
-    let access = Access { origins: request.allow_origin.clone(), report: Arc::new(say) };
-    let server = Server::open(&address, &name, &channels, Some(span), access)?;
-    say(&format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), server.reach()));
-    let mut player = Player {
-        server,
-        path,
-        said: timeline.damages().len(),
-        exit: if begun == Exit::Loss { begun } else { opened },
-        timeline,
-        numbers,
-        span,
-        speed: request.speed,
-        state: Playing::Playing,
-        is_waiting: true,
-        head: None,
-        clock: (Instant::now(), span.0),
-    };
-    player.run(request)?;
-    player.server.hold(request.hold, || false);
-    Ok(player.exit)
-}
-
-/// There is no message that can be read.
 fn nothing() -> Failure {
     Failure::Usage("nothing can be replayed: no message of it can be read".into())
 }
@@ -173,7 +158,6 @@ fn open(path: &Path, limits: Limits) -> Result<(Timeline, Exit), Failure> {
     Ok((Timeline::open(Box::new(temporary), path, limits)?.ok_or_else(nothing)?, exit))
 }
 
-/// Plays a recording to a server.
 struct Player<'a> {
     server: Server,
     path: &'a Path,
@@ -188,14 +172,13 @@ struct Player<'a> {
     state: Playing,
     /// It begins when viewers have subscribed to all they want.
     is_waiting: bool,
-    /// The message that comes next.
     head: Option<Event>,
     /// A moment and the log time at it, if it plays.
     clock: (Instant, u64),
 }
 
 impl Player<'_> {
-    fn run(&mut self, request: &Request) -> Result<(), Failure> {
+    fn run(&mut self, once: bool, repeat: bool) -> Result<(), Failure> {
         loop {
             self.report_damages();
             // requests do not keep it from playing, however many there are
@@ -209,11 +192,11 @@ impl Player<'_> {
             } else if self.state == Playing::Playing {
                 self.play()?;
                 if self.head.is_none() {
-                    if request.once {
+                    if once {
                         self.report_damages();
                         return Ok(());
                     }
-                    self.end(request.repeat)?;
+                    self.end(repeat)?;
                 }
             } else if self.state == Playing::Ended && self.server.viewers() == 0 {
                 // the next viewer sees it from the beginning
@@ -243,7 +226,6 @@ impl Player<'_> {
         }
     }
 
-    /// From the beginning.
     fn start(&mut self) -> Result<(), Failure> {
         self.is_waiting = false;
         self.server.reset();
@@ -252,7 +234,6 @@ impl Player<'_> {
         Ok(())
     }
 
-    /// The last message has been sent.
     fn end(&mut self, repeat: bool) -> Result<(), Failure> {
         if repeat {
             return self.start();
@@ -296,7 +277,6 @@ impl Player<'_> {
         Ok(())
     }
 
-    /// Sends what is due.
     fn play(&mut self) -> Result<(), Failure> {
         let now = self.time();
         while let Some(event) = self.head.take_if(|event| event.log_time <= now) {
@@ -313,7 +293,6 @@ impl Player<'_> {
         }
     }
 
-    /// Log time of this moment.
     fn time(&self) -> u64 {
         let (moment, time) = self.clock;
         match self.state {
@@ -324,7 +303,6 @@ impl Player<'_> {
         }
     }
 
-    /// Time from now until a log time.
     fn until(&self, log_time: u64) -> Duration {
         let rest = seconds(log_time.saturating_sub(self.time())) / self.speed;
         Duration::try_from_secs_f64(rest).unwrap_or(Duration::MAX)

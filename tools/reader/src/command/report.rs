@@ -56,16 +56,12 @@ Examples:
 #[command(mut_arg("output", |page| page.help("Page to write [default: the name of the recording or sweep with .html]")))]
 pub struct Report {
     /// Recording of a run, or the directory of a sweep
-    file: PathBuf,
+    pub(crate) file: PathBuf,
     #[command(flatten)]
     write: Write,
 }
 
 impl Verb for Report {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         let is_sweep = self.file.is_dir();
         let default = || match is_sweep {
@@ -74,7 +70,7 @@ impl Verb for Report {
         };
         let output = self.write.output.clone().unwrap_or_else(default);
         let write = Write { output: Some(output.clone()), ..self.write };
-        write.refuse_inputs(self.files())?;
+        write.refuse_inputs([&self.file])?;
         by_extension(&output, &[("html", ()), ("htm", ())], Some(()))?;
         let (page, damages) = match is_sweep {
             true => (sweep(&self.file, &output, limits)?, Vec::new()),
@@ -98,14 +94,8 @@ const SCRIPT: &str = concat!(
 /// Longest case that is shown \[bytes\].
 const MAX_CASE: usize = 1 << 20;
 
-/// Version of the data in the page.
 const VERSION: u32 = 1;
 
-/// Writes the report of a recording.
-///
-/// # Errors
-///
-/// The file cannot be read or is no recording of percuss.
 pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Failure> {
     let recording = Recording::open(path, limits)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
@@ -136,7 +126,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     let reading = Reading::recorded(&recording).filter(|_| seen.damages.is_empty());
     let reading = reading.unwrap_or_else(|| Reading::from(&recording, &content.observed));
     let verdict = conclude(content, &seen.damages);
-    let time = Scale::of_page(&[charts.clock(&recording)], charts.times().chain(profiles.times()));
+    let time = Scale::of_page(&[charts.clock()], charts.times().chain(profiles.times()));
     let mut damages = [recording.damages.as_slice(), &seen.damages].concat();
     let field = match field {
         Some(field) => {
@@ -165,7 +155,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
         "verdict": verdict.to_text(&name),
         "facts": facts::facts(&recording, &reading, &charts),
         "events": events.json(&time),
-        "charts": charts.json(&recording, reading.units.length.as_deref(), &time),
+        "charts": charts.json(reading.units.length.as_deref(), &time),
         "profiles": profiles.json(&recording, &time),
         "field": field,
         "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),

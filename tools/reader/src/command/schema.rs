@@ -7,7 +7,9 @@ use std::{
 };
 
 use clap::Args;
-use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor, Syntax};
+use prost_reflect::{
+    EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor, OneofDescriptor, Syntax,
+};
 
 use crate::{
     failure::Failure,
@@ -28,17 +30,13 @@ Examples:
 #[command(after_help = SCHEMA_EXAMPLES)]
 pub struct Schema {
     /// Recording
-    file: PathBuf,
+    pub(crate) file: PathBuf,
     /// Topics, separated by commas; `*` stands for anything [default: all]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     topics: Vec<Pattern>,
 }
 
 impl Verb for Schema {
-    fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         print(&schema(&self.file, &self.topics, limits)?)?;
         Ok(Exit::Done)
@@ -46,10 +44,6 @@ impl Verb for Schema {
 }
 
 /// The files that describe the messages of some topics (all if none is named), as text.
-///
-/// # Errors
-///
-/// The file cannot be read, or there is no such topic.
 pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String, Failure> {
     let recording = Recording::open(path, limits)?;
     let ids = select::channels(&recording, topics)?;
@@ -75,7 +69,7 @@ pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String,
         // the files it needs come before it
         for file in file.parent_pool().files() {
             if seen.insert(file.encode_to_vec()) {
-                text.push_str(&file_text(&file));
+                text.push_str(&Text::of(&file));
                 text.push('\n');
             }
         }
@@ -83,72 +77,108 @@ pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String,
     Ok(text)
 }
 
-fn file_text(file: &FileDescriptor) -> String {
-    let syntax = if file.syntax() == Syntax::Proto2 { "proto2" } else { "proto3" };
-    let mut text = format!("// {}\nsyntax = \"{syntax}\";\n", file.name());
-    if !file.package_name().is_empty() {
-        text.push_str(&format!("\npackage {};\n", file.package_name()));
-    }
-    for dependency in file.dependencies() {
-        text.push_str(&format!("\nimport \"{}\";\n", dependency.name()));
-    }
-    for message in file.messages() {
-        text.push('\n');
-        message_text(&message, 0, &mut text);
-    }
-    for kind in file.enums() {
-        text.push('\n');
-        enum_text(&kind, 0, &mut text);
-    }
-    text
+/// A file of the language, written line by line.
+#[derive(Default)]
+struct Text {
+    text: String,
+    /// Braces that are open.
+    depth: usize,
 }
 
-/// What the source of the schema says of a place in it.
-fn comment(file: &FileDescriptor, path: &[i32], indent: &str) -> String {
-    let source = file.file_descriptor_proto().source_code_info.as_ref();
-    let location = source.and_then(|source| source.location.iter().find(|place| place.path == path));
-    let comments = location.and_then(|location| location.leading_comments.as_deref()).unwrap_or_default();
-    comments.trim_end().lines().map(|line| format!("{indent}//{line}\n")).collect()
-}
-
-fn message_text(message: &MessageDescriptor, depth: usize, text: &mut String) {
-    let indent = "  ".repeat(depth);
-    text.push_str(&comment(&message.parent_file(), message.path(), &indent));
-    text.push_str(&format!("{indent}message {} {{\n", message.name()));
-    body_text(message, depth, text);
-    text.push_str(&format!("{indent}}}\n"));
-}
-
-/// What a message type holds.
-fn body_text(message: &MessageDescriptor, depth: usize, text: &mut String) {
-    let indent = "  ".repeat(depth);
-    for inner in message.child_enums() {
-        enum_text(&inner, depth + 1, text);
+impl Text {
+    fn of(file: &FileDescriptor) -> String {
+        let mut text = Self::default();
+        let syntax = if file.syntax() == Syntax::Proto2 { "proto2" } else { "proto3" };
+        text.line(&format!("// {}\nsyntax = \"{syntax}\";", file.name()));
+        if !file.package_name().is_empty() {
+            text.line(&format!("\npackage {};", file.package_name()));
+        }
+        for dependency in file.dependencies() {
+            text.line(&format!("\nimport \"{}\";", dependency.name()));
+        }
+        for message in file.messages() {
+            text.line("");
+            text.message(&message);
+        }
+        for kind in file.enums() {
+            text.line("");
+            text.values(&kind);
+        }
+        text.text
     }
-    let groups: Vec<FieldDescriptor> = message.fields().filter(FieldDescriptor::is_group).collect();
-    let is_group =
-        |inner: &MessageDescriptor| groups.iter().any(|field| field.kind() == Kind::Message(inner.clone()));
-    for inner in message.child_messages().filter(|inner| !inner.is_map_entry() && !is_group(inner)) {
-        message_text(&inner, depth + 1, text);
+
+    fn line(&mut self, line: &str) {
+        self.text.push_str(&format!("{:1$}{line}\n", "", 2 * self.depth));
     }
-    // in the order of the declaration
-    let mut fields: Vec<FieldDescriptor> = message.fields().collect();
-    // those of a oneof after the first of them
-    let place = |field: &FieldDescriptor| field.path().last().copied();
-    let first = |field: &FieldDescriptor| {
-        let group = field.containing_oneof().filter(|_| !is_proto3_optional(field));
-        group
-            .and_then(|group| group.fields().filter_map(|field| place(&field)).min())
-            .or_else(|| place(field))
-    };
-    fields.sort_by_key(|field| (first(field), place(field)));
-    let (mut fields, mut open) = (fields.into_iter().peekable(), None::<String>);
-    while let Some(field) = fields.next() {
-        text.push_str(&comment(&message.parent_file(), field.path(), &format!("{indent}  ")));
-        let group = field.containing_oneof().filter(|_| !is_proto3_optional(&field));
-        let is_proto2 = message.parent_file().syntax() == Syntax::Proto2;
+
+    /// Braces with what is in them.
+    fn block(&mut self, head: &str, content: impl FnOnce(&mut Self)) {
+        self.line(&format!("{head} {{"));
+        self.depth += 1;
+        content(self);
+        self.depth -= 1;
+        self.line("}");
+    }
+
+    /// What the source of the schema says of a place in it.
+    fn comment(&mut self, file: &FileDescriptor, path: &[i32]) {
+        let source = file.file_descriptor_proto().source_code_info.as_ref();
+        let location = source.and_then(|source| source.location.iter().find(|place| place.path == path));
+        let comments = location.and_then(|location| location.leading_comments.as_deref());
+        for line in comments.unwrap_or_default().trim_end().lines() {
+            self.line(&format!("//{line}"));
+        }
+    }
+
+    fn message(&mut self, message: &MessageDescriptor) {
+        self.comment(&message.parent_file(), message.path());
+        self.block(&format!("message {}", message.name()), |text| text.body(message));
+    }
+
+    /// What a message type holds.
+    fn body(&mut self, message: &MessageDescriptor) {
+        message.child_enums().for_each(|inner| self.values(&inner));
+        let groups: Vec<Kind> =
+            message.fields().filter(FieldDescriptor::is_group).map(|f| f.kind()).collect();
+        let is_group = |inner: &MessageDescriptor| groups.contains(&Kind::Message(inner.clone()));
+        for inner in message.child_messages().filter(|inner| !inner.is_map_entry() && !is_group(inner)) {
+            self.message(&inner);
+        }
+        // in the order of the declaration, those of a oneof after the first of them
+        let place = |field: &FieldDescriptor| field.path().last().copied();
+        let first = |field: &FieldDescriptor| {
+            let places = oneof(field).map(|group| group.fields().filter_map(|field| place(&field)).min());
+            places.flatten().or_else(|| place(field))
+        };
+        let mut fields: Vec<FieldDescriptor> = message.fields().collect();
+        fields.sort_by_key(|field| (first(field), place(field)));
+        for fields in fields.chunk_by(|a, b| oneof(a).is_some() && oneof(a) == oneof(b)) {
+            let file = message.parent_file();
+            self.comment(&file, fields[0].path());
+            let Some(group) = oneof(&fields[0]) else {
+                self.field(&fields[0]);
+                continue;
+            };
+            self.block(&format!("oneof {}", group.name()), |text| {
+                text.field(&fields[0]);
+                for field in &fields[1..] {
+                    // what is said of it stands where the oneof does
+                    text.depth -= 1;
+                    text.comment(&file, field.path());
+                    text.depth += 1;
+                    text.field(field);
+                }
+            });
+        }
+        for range in message.extension_ranges() {
+            self.line(&format!("extensions {} to {};", range.start, range.end - 1));
+        }
+    }
+
+    fn field(&mut self, field: &FieldDescriptor) {
+        let is_proto2 = field.parent_file().syntax() == Syntax::Proto2;
         let label = match () {
-            () if field.is_map() || group.is_some() => "",
+            () if field.is_map() || oneof(field).is_some() => "",
             () if field.is_list() => "repeated ",
             () if field.is_required() => "required ",
             () if is_proto2 || (field.supports_presence() && !matches!(field.kind(), Kind::Message(_))) => {
@@ -156,39 +186,43 @@ fn body_text(message: &MessageDescriptor, depth: usize, text: &mut String) {
             }
             () => "",
         };
-        let inner = if group.is_some() { "    " } else { "  " };
-        if let Some(group) = &group
-            && open.as_deref() != Some(group.name())
-        {
-            text.push_str(&format!("{indent}  oneof {} {{\n", group.name()));
-        }
+        let number = field.number();
         match field.kind() {
             // its type is declared where it is
             Kind::Message(of) if field.is_group() => {
-                text.push_str(&format!(
-                    "{indent}{inner}{label}group {} = {} {{\n",
-                    of.name(),
-                    field.number()
-                ));
-                body_text(&of, depth + 1 + usize::from(group.is_some()), text);
-                text.push_str(&format!("{indent}{inner}}}\n"));
+                self.block(&format!("{label}group {} = {number}", of.name()), |text| text.body(&of));
             }
             _ => {
-                let (kind, name, number) = (kind_text(&field), field.name(), field.number());
-                let options = options_text(&field, is_proto2);
-                text.push_str(&format!("{indent}{inner}{label}{kind} {name} = {number}{options};\n"));
+                let (kind, options) = (kind_text(field), options_text(field, is_proto2));
+                self.line(&format!("{label}{kind} {} = {number}{options};", field.name()));
             }
         }
-        let next = fields.peek().and_then(FieldDescriptor::containing_oneof);
-        open = group.map(|group| group.name().to_owned());
-        if open.is_some() && next.map(|next| next.name().to_owned()) != open {
-            text.push_str(&format!("{indent}  }}\n"));
-            open = None;
-        }
     }
-    for range in message.extension_ranges() {
-        text.push_str(&format!("{indent}  extensions {} to {};\n", range.start, range.end - 1));
+
+    fn values(&mut self, kind: &EnumDescriptor) {
+        /// Number of the values among the fields of the descriptor of an enum.
+        const VALUES: i32 = 2;
+        self.comment(&kind.parent_file(), kind.path());
+        let values = &kind.enum_descriptor_proto().value;
+        let mut numbers = BTreeSet::new();
+        let has_alias = !values.iter().all(|value| numbers.insert(value.number()));
+        self.block(&format!("enum {}", kind.name()), |text| {
+            if has_alias {
+                text.line("option allow_alias = true;");
+            }
+            // in the order of the declaration: the first is the default
+            for (value, index) in values.iter().zip(0..) {
+                text.comment(&kind.parent_file(), &[kind.path(), &[VALUES, index]].concat());
+                text.line(&format!("{} = {};", value.name(), value.number()));
+            }
+        });
     }
+}
+
+/// The oneof that a field is written in.
+fn oneof(field: &FieldDescriptor) -> Option<OneofDescriptor> {
+    let is_optional = field.field_descriptor_proto().proto3_optional.unwrap_or(false);
+    field.containing_oneof().filter(|_| !is_optional)
 }
 
 /// Options of a field that say how it is written, and its default.
@@ -211,10 +245,6 @@ fn options_text(field: &FieldDescriptor, is_proto2: bool) -> String {
     if options.is_empty() { String::new() } else { format!(" [{}]", options.join(", ")) }
 }
 
-fn is_proto3_optional(field: &FieldDescriptor) -> bool {
-    field.field_descriptor_proto().proto3_optional.unwrap_or(false)
-}
-
 fn kind_text(field: &FieldDescriptor) -> String {
     if let (true, Kind::Message(entry)) = (field.is_map(), field.kind()) {
         let (key, value) =
@@ -226,24 +256,4 @@ fn kind_text(field: &FieldDescriptor) -> String {
         Kind::Enum(kind) => kind.full_name().to_owned(),
         other => format!("{other:?}").to_lowercase(),
     }
-}
-
-fn enum_text(kind: &EnumDescriptor, depth: usize, text: &mut String) {
-    /// Number of the values among the fields of the descriptor of an enum.
-    const VALUES: i32 = 2;
-    let indent = "  ".repeat(depth);
-    text.push_str(&comment(&kind.parent_file(), kind.path(), &indent));
-    text.push_str(&format!("{indent}enum {} {{\n", kind.name()));
-    // in the order of the declaration: the first is the default
-    let values = &kind.enum_descriptor_proto().value;
-    let mut numbers = BTreeSet::new();
-    if !values.iter().all(|value| numbers.insert(value.number())) {
-        text.push_str(&format!("{indent}  option allow_alias = true;\n"));
-    }
-    for (value, index) in values.iter().zip(0..) {
-        let path = [kind.path(), &[VALUES, index]].concat();
-        text.push_str(&comment(&kind.parent_file(), &path, &format!("{indent}  ")));
-        text.push_str(&format!("{indent}  {} = {};\n", value.name(), value.number()));
-    }
-    text.push_str(&format!("{indent}}}\n"));
 }

@@ -18,11 +18,11 @@ use crate::{
     failure::Failure,
     messages::Recording,
     prefix::{InUnits, Largest},
-    recording::{Budget, Damage, Limits},
+    recording::{Budget, Limits},
     scales::{Conversion, Scales},
     toml_keys,
     units::Units,
-    verb::{Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say},
+    verb::{Exit, Losses, TableFormat, UnitChoice, Verb, Write, commit, say},
 };
 
 pub(super) use reading::{Reading, Source, measures, watch};
@@ -72,7 +72,7 @@ Exit status: 0 done, 1 failed, 2 usage, 3 a recording is damaged or its run was 
 pub struct Summary {
     /// Recordings of runs
     #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
     /// Output format [default: by the name of the output; text for standard output and names without an extension]
     #[arg(long, value_parser = TableFormat::among(&TableFormat::SUMMARY))]
     format: Option<TableFormat>,
@@ -86,10 +86,6 @@ pub struct Summary {
 }
 
 impl Verb for Summary {
-    fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(&self.files)?;
         let format = self.write.format(self.format, &TableFormat::SUMMARY, TableFormat::Text)?;
@@ -102,7 +98,7 @@ impl Verb for Summary {
         for (path, status) in &outcome.partial {
             say(&format!("warning: `{}`: the run was not finished ({status})", path.display()));
         }
-        let exit = losses(&outcome.damages, outcome.undecoded);
+        let exit = outcome.losses.report();
         Ok(if outcome.partial.is_empty() { exit } else { Exit::Loss })
     }
 }
@@ -110,15 +106,12 @@ impl Verb for Summary {
 /// What was wrong with the recordings; the summary says what is there nevertheless.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// Damages by file.
-    pub damages: Vec<(PathBuf, Damage)>,
-    /// Messages that could not be decoded.
-    pub undecoded: u64,
+    /// What could not be read.
+    pub losses: Losses,
     /// Recordings of runs that did not come to a planned end, and what they say of it.
     pub partial: Vec<(PathBuf, String)>,
 }
 
-/// A recording that has been read.
 struct Read {
     recording: Recording,
     reading: Reading,
@@ -205,14 +198,11 @@ pub fn summary(
     write(&headings, &rows, prefixed, units, sink)?;
     let mut outcome = Outcome::default();
     for Read { recording, reading, .. } in files {
-        outcome.undecoded += reading.seen.undecoded;
         if recording.is_partial() {
             let status = recording.status().unwrap_or("without a status").to_owned();
             outcome.partial.push((recording.path.clone(), status));
         }
-        outcome
-            .damages
-            .extend(reading.seen.damages.into_iter().map(|damage| (recording.path.clone(), damage)));
+        outcome.losses.add(&recording.path, reading.seen);
     }
     Ok(outcome)
 }

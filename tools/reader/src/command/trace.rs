@@ -1,36 +1,31 @@
 //! `trace`: fields of topics against time, from one recording or many.
 
 mod arrays;
-mod clock;
 mod join;
-mod names;
 mod request;
 mod source;
 
-use std::{iter, path::PathBuf, slice, thread};
+use std::{collections::HashSet, iter, path::PathBuf, slice, thread};
 
 use clap::Args;
-use clock::Clock;
 use join::{Joiner, Rows};
-use names::Names;
 use percuss_table::{Cell, CellType, Heading, Sink};
-use source::{Step, Traced};
+use request::Clock;
+use source::{Slot, Traced};
 
 use crate::{
     convention,
     failure::Failure,
-    field::{Column, SelectionError},
-    messages::{POLL, Seen},
+    field::SelectionError,
+    messages::POLL,
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
-    verb::{Chosen, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say, say_left_out},
+    verb::{Chosen, Exit, TableFormat, UnitChoice, Verb, Write, commit, say},
 };
 
-pub use arrays::arrays;
-pub use clock::TimeForm;
-pub(crate) use clock::iso;
-pub use join::Align;
-pub use request::{Outcome, Prefixes, Request};
+use arrays::arrays;
+pub(crate) use request::iso;
+pub use request::{Align, Outcome, Prefixes, Request, TimeForm};
 
 const TRACE_EXAMPLES: &str = "\
 Examples:
@@ -62,7 +57,7 @@ r=0.1mm. On an interface between layers a position is in the upper one.";
 pub struct Trace {
     /// Recordings
     #[arg(required = true)]
-    files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     chosen: Chosen,
     #[command(flatten)]
@@ -79,10 +74,6 @@ pub struct Trace {
 }
 
 impl Verb for Trace {
-    fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     fn run(&self, limits: Limits) -> Result<Exit, Failure> {
         self.write.refuse_inputs(&self.files)?;
         let format = self.write.format(self.format, &TableFormat::TRACE, TableFormat::Csv)?;
@@ -97,7 +88,9 @@ impl Verb for Trace {
             ..self.request.clone()
         };
         let outcome = self.take(format, &request, limits).map_err(|failure| failure.at(self.write.path()))?;
-        say_left_out(&outcome.left_out);
+        for error in &outcome.left_out {
+            say(&format!("note: left out: {error}"));
+        }
         self.say_empty(&outcome);
         if !outcome.hidden.is_empty() {
             let names = outcome.hidden.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -105,7 +98,7 @@ impl Verb for Trace {
                 "note: without a column, as neither the schema nor the first messages have them: {names}; `cat` shows them"
             ));
         }
-        Ok(losses(&outcome.damages, outcome.undecoded))
+        Ok(outcome.losses.report())
     }
 }
 
@@ -125,7 +118,6 @@ impl Trace {
         Ok(outcome)
     }
 
-    /// Says what came out empty.
     fn say_empty(&self, outcome: &Outcome) {
         const NAMES: usize = 8;
         if outcome.rows == 0 {
@@ -167,18 +159,18 @@ pub fn trace(
     if !request.selection.for_curves && (paths.len() == 1 || request.stack) {
         files.iter_mut().for_each(Traced::leave_out_second_times);
     }
-    check_values(&files, &outcome.left_out)?;
-    check_units(&files)?;
-    check_own_times(&files, request.time)?;
-    let mut begun = if request.stack {
-        let file_heading = Heading { name: "file".into(), unit: None, kind: CellType::Text };
-        [&[file_heading][..], &stacked_headings(&files, paths, request)?].concat()
-    } else {
-        headings(&files, paths.len() > 1, request)
+    check(&files, request.time, &outcome.left_out)?;
+    let mut heads = match request.stack {
+        true => stacked_heads(&files, paths, request)?,
+        false => heads(&files, paths.len() > 1, request),
     };
     if !request.selection.for_curves {
-        distinguish(&mut begun, &files, request.stack);
+        // columns of one name get others, from the second on
+        let mut names = Names::default();
+        heads.iter_mut().for_each(|head| head.heading.name = names.take(&head.topic, &head.heading.name));
     }
+    let (begun, groups): (Vec<Heading>, Vec<String>) =
+        heads.into_iter().map(|head| (head.heading, head.field)).unzip();
     let is_percuss = |file: &Traced| file.recording.entries(convention::RUN).is_some();
     let prefixed = match request.prefixes {
         Prefixes::Never => false,
@@ -194,7 +186,7 @@ pub fn trace(
         if prefixed {
             run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
         }
-        scaled = InUnits::new(sink, largest.units(&begun, &groups(&files, request.stack), choose));
+        scaled = InUnits::new(sink, largest.units(&begun, &groups, choose));
         &mut scaled
     } else {
         sink
@@ -228,49 +220,44 @@ fn run_all(
     Ok(filled)
 }
 
-/// For every column what it is of: a field of a topic, the time, the file.
-fn groups(files: &[Traced], stack: bool) -> Vec<String> {
-    let (start, files) = match stack {
-        true => (vec!["(file)".to_owned(), "(time)".to_owned()], files.get(..1).unwrap_or(files)),
-        false => (vec!["(time)".to_owned()], files),
-    };
-    let fields = files.iter().flat_map(|file| {
-        file.slots.iter().flat_map(move |slot| {
-            let layout = file.recording.channels[&slot.id].layout.as_ref();
-            let leaf = move |leaf: usize| layout.map(|layout| layout.leaves[leaf].path.as_str());
-            let path = move |column: &Column| column.leaf.and_then(leaf).unwrap_or_default();
-            slot.columns.iter().map(move |column| format!("{}.{}", slot.topic, path(column)))
-        })
-    });
-    start.into_iter().chain(fields).collect()
-}
+/// Names of columns, as they stand in archives, each of which is there once.
+#[derive(Default)]
+struct Names(HashSet<String>);
 
-/// Gives columns of one name others, from the second on.
-fn distinguish(headings: &mut [Heading], files: &[Traced], stack: bool) {
-    let files = if stack { files.get(..1).unwrap_or(files) } else { files };
-    let topics = files
-        .iter()
-        .flat_map(|file| &file.slots)
-        .flat_map(|slot| slot.columns.iter().map(|_| slot.topic.as_str()));
-    let others = if stack { 2 } else { 1 };
-    let mut names = Names::default();
-    for (heading, topic) in headings.iter_mut().zip(iter::repeat_n("", others).chain(topics)) {
-        heading.name = names.take(topic, &heading.name);
+impl Names {
+    /// A name that is free: the wanted one, else that with its topic in front, else that with a number behind.
+    fn take(&mut self, topic: &str, name: &str) -> String {
+        let with_topic = (!name.contains(['/', ':'])).then(|| format!("{topic}.{name}"));
+        let numbered = (2..).map(|number| format!("{name}#{number}"));
+        let mut names = [name.to_owned()].into_iter().chain(with_topic).chain(numbered);
+        let is_free = |name: &String| self.0.insert(name.trim_start_matches('/').replace('/', "."));
+        names.find(is_free).unwrap_or_default()
     }
 }
 
-/// Headings of files one after the other, which have to be the same.
-fn stacked_headings(files: &[Traced], paths: &[PathBuf], request: &Request) -> Result<Vec<Heading>, Failure> {
-    let headings = |file: &Traced| headings(slice::from_ref(file), false, request);
-    let first = files.first().map(headings).unwrap_or_default();
-    match files.iter().zip(paths).find(|(file, _)| headings(file) != first) {
-        Some((_, other)) => Err(Failure::Usage(format!(
+/// A column.
+struct Head {
+    heading: Heading,
+    topic: String,
+    /// What it is of: all columns of an array have the same prefix.
+    field: String,
+}
+
+/// Columns of files one after the other, which have to be the same.
+fn stacked_heads(files: &[Traced], paths: &[PathBuf], request: &Request) -> Result<Vec<Head>, Failure> {
+    let heads = |file: &Traced| heads(slice::from_ref(file), false, request);
+    let headings = |file: &Traced| heads(file).into_iter().map(|head| head.heading).collect::<Vec<_>>();
+    let Some(first) = files.first() else { return Ok(Vec::new()) };
+    if let Some((_, other)) = files.iter().zip(paths).find(|(file, _)| headings(file) != headings(first)) {
+        return Err(Failure::Usage(format!(
             "`{}` has other columns than `{}`; trace them side by side, or choose fields both have",
             other.display(),
             paths[0].display()
-        ))),
-        None => Ok(first),
+        )));
     }
+    let heading = Heading { name: "file".into(), unit: None, kind: CellType::Text };
+    let file = Head { heading, topic: String::new(), field: "(file)".into() };
+    Ok(iter::once(file).chain(heads(first)).collect())
 }
 
 /// Names of files in headings: without folder and extension where that distinguishes them.
@@ -303,40 +290,30 @@ fn origin(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Option
     Ok(Some(first))
 }
 
-/// Refuses to write log times in another form where messages have times that are none.
-fn check_own_times(files: &[Traced], form: TimeForm) -> Result<(), Failure> {
-    let mut slots = files.iter().flat_map(|file| &file.slots);
-    match slots.find(|slot| form != TimeForm::Seconds && slot.time.leaf.is_some()) {
-        Some(slot) => Err(Failure::Usage(format!(
-            "messages of `{}` have a time of their own; --time is for topics that are timed by their log time",
-            slot.topic
-        ))),
-        None => Ok(()),
+/// Refuses a table of nothing but steps and times, where what was left out are the values, times that channels give in different
+/// units, and another form of log times where messages have times that are none.
+fn check(files: &[Traced], form: TimeForm, left_out: &[SelectionError]) -> Result<(), Failure> {
+    let slots = || files.iter().flat_map(|file| &file.slots);
+    let mut columns = slots().flat_map(|slot| &slot.columns);
+    if let Some(error) = left_out.first()
+        && columns.all(|column| column.heading.name == convention::STEP)
+    {
+        return Err(error.clone().into());
     }
-}
-
-/// Refuses a table of nothing but steps and times, where what was left out are the values.
-fn check_values(files: &[Traced], left_out: &[SelectionError]) -> Result<(), Failure> {
-    let mut columns = files.iter().flat_map(|file| &file.slots).flat_map(|slot| &slot.columns);
-    match left_out.first() {
-        Some(error) if columns.all(|column| column.heading.name == convention::STEP) => {
-            Err(error.clone().into())
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Refuses times that channels give in different units.
-fn check_units(files: &[Traced]) -> Result<(), Failure> {
-    let times = files.iter().flat_map(|file| &file.slots).filter(|slot| slot.time.leaf.is_some());
-    let mut units = times.filter_map(|slot| slot.time.heading.unit.as_ref());
-    let Some(first) = units.next() else { return Ok(()) };
-    match units.find(|unit| *unit != first) {
-        Some(other) => {
-            Err(Failure::Usage(format!("times are in {first} and in {other}; trace them one by one")))
-        }
-        None => Ok(()),
-    }
+    let mut timed = slots().filter(|slot| slot.time.leaf.is_some());
+    let mut units = timed.clone().filter_map(|slot| slot.time.heading.unit.as_ref());
+    let text = if let Some(first) = units.next()
+        && let Some(other) = units.find(|unit| *unit != first)
+    {
+        format!("times are in {first} and in {other}; trace them one by one")
+    } else if let Some(Slot { topic, .. }) = timed.next().filter(|_| form != TimeForm::Seconds) {
+        format!(
+            "messages of `{topic}` have a time of their own; --time is for topics that are timed by their log time"
+        )
+    } else {
+        return Ok(());
+    };
+    Err(Failure::Usage(text))
 }
 
 /// Writes the rows of files that stand side by side.
@@ -375,13 +352,13 @@ fn run(
         let behind = streams.iter_mut().filter(|stream| !stream.done).min_by(|a, b| a.time.total_cmp(b.time));
         let Some(stream) = behind else { break };
         match stream.next(request)? {
-            Step::Sample(slot, time, cells) => joiner.put(slot, time, cells),
-            Step::Pending => {
+            Some((slot, time, cells)) => joiner.put(slot, time, cells),
+            None if stream.done => joiner.ended(stream.slots()),
+            None => {
                 joiner.drain(true, &mut rows)?;
                 rows.sink.flush()?;
                 thread::sleep(POLL);
             }
-            Step::Over => joiner.ended(stream.slots()),
         }
         joiner.drain(false, &mut rows)?;
     }
@@ -389,21 +366,16 @@ fn run(
     outcome.rows += rows.written;
     for stream in streams {
         outcome.hidden.extend(stream.hidden);
-        let Seen { damages, undecoded, bytes } = stream.messages.seen();
-        outcome.undecoded += undecoded;
-        outcome.bytes_read += bytes;
-        let path = &stream.file.recording.path;
-        let damages = damages.into_iter().map(|damage| (path.clone(), damage));
-        outcome.damages.extend(damages);
+        outcome.losses.add(&stream.file.recording.path, stream.messages.seen());
     }
     Ok(())
 }
 
-/// Headings of files side by side, the time first.
-fn headings(files: &[Traced], many_files: bool, request: &Request) -> Vec<Heading> {
-    let slots = || files.iter().flat_map(|file| &file.slots);
-    let first = slots().next().map(|slot| slot.time.heading.clone());
-    let same = |time: &Heading| slots().all(|slot| slot.time.heading == *time);
+/// Columns of files side by side, the time first.
+fn heads(files: &[Traced], many_files: bool, request: &Request) -> Vec<Head> {
+    let slots = || files.iter().flat_map(|file| file.slots.iter().map(move |slot| (file, slot)));
+    let first = slots().next().map(|(_, slot)| slot.time.heading.clone());
+    let same = |time: &Heading| slots().all(|(_, slot)| slot.time.heading == *time);
     let time = first.filter(same).unwrap_or(Heading::new("time", None));
     let interpolated = request.align == Align::Linear && slots().count() > 1;
     let kind = |kind: CellType| match kind {
@@ -411,17 +383,22 @@ fn headings(files: &[Traced], many_files: bool, request: &Request) -> Vec<Headin
         kind => kind,
     };
     let clock = Clock { form: request.time, origin: 0 };
-    let mut headings = vec![clock.heading(Heading { kind: CellType::Double, ..time })];
-    for file in files {
-        for slot in &file.slots {
-            let topic = if file.slots.len() > 1 { format!("{}.", slot.topic) } else { String::new() };
-            let name = if many_files { format!("{}:", file.name) } else { String::new() };
-            headings.extend(slot.columns.iter().map(|column| Heading {
+    let heading = clock.heading(Heading { kind: CellType::Double, ..time });
+    let mut heads = vec![Head { heading, topic: String::new(), field: "(time)".into() }];
+    for (file, slot) in slots() {
+        let topic = if file.slots.len() > 1 { format!("{}.", slot.topic) } else { String::new() };
+        let name = if many_files { format!("{}:", file.name) } else { String::new() };
+        let layout = file.recording.channels[&slot.id].layout.as_ref();
+        let path = |leaf: usize| layout.map(|layout| layout.leaves[leaf].path.as_str());
+        heads.extend(slot.columns.iter().map(|column| Head {
+            heading: Heading {
                 name: format!("{name}{topic}{}", column.heading.name),
                 unit: column.heading.unit.clone(),
                 kind: kind(column.heading.kind),
-            }));
-        }
+            },
+            topic: slot.topic.clone(),
+            field: format!("{}.{}", slot.topic, column.leaf.and_then(path).unwrap_or_default()),
+        }));
     }
-    headings
+    heads
 }

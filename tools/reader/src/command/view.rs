@@ -1,5 +1,5 @@
-//! What is seen of a recording, the same for pictures, films and pages: the part of a section, its levels, fewer points of curves, and
-//! the units in which numbers are best read.
+//! What is seen of a recording, the same for pictures, films and pages: numbers over time, fewer points of curves, the part of a
+//! section, its levels, and the units in which numbers are best read.
 
 use std::{collections::BTreeSet, ops::Range};
 
@@ -8,11 +8,12 @@ use percuss_picture::Side;
 use percuss_table::Heading;
 use serde_json::Value;
 
-use super::points::{Curve, find};
 use crate::{
     axis::Axis,
+    channel::Channel,
     convention::{FIELD_STRESS, FIELDS},
     messages::Recording,
+    pass::Pass,
     prefix::Prefixed,
     slice::Slice,
     units::Units,
@@ -32,6 +33,87 @@ const ALL_SAMPLES: usize = 1 << 20;
 const SHOWN: f64 = 0.995;
 /// Room around the part of a section that is shown, relative to its size.
 const ROOM: f64 = 1.05;
+
+/// A curve: times and values.
+pub(super) type Curve = Vec<(f64, f64)>;
+
+/// A channel that has messages, by its topic.
+pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
+    let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
+    recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
+}
+
+/// A channel that has messages, and the leaf of one of its fields.
+pub(super) fn find_leaf(recording: &Recording, topic: &str, field: &str) -> Option<(u16, usize)> {
+    let id = find(recording, |known| known == topic)?;
+    Some((id, recording.channels[&id].layout.as_ref()?.find(field)?))
+}
+
+/// Some fields of a channel over time.
+#[derive(Default)]
+pub(super) struct Points {
+    id: u16,
+    /// Their names and leaves, with a curve for every element.
+    fields: Vec<(&'static str, usize, Vec<Curve>)>,
+}
+
+impl Points {
+    /// Nothing yet of those fields that there are; recordings of earlier versions have fewer.
+    pub(super) fn of(recording: &Recording, topic: &str, names: &[&'static str]) -> Self {
+        let Some(id) = find(recording, |known| known == topic) else { return Self::default() };
+        let layout = recording.channels[&id].layout.as_deref();
+        let field = |name: &&'static str| Some((*name, layout?.find(name)?, Vec::new()));
+        Self { id, fields: names.iter().filter_map(field).collect() }
+    }
+
+    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a>) {
+        let Self { id, fields } = self;
+        if fields.is_empty() {
+            return;
+        }
+        let mut numbers = Vec::new();
+        pass.each(*id, move |moment, budget| {
+            for (_, leaf, curves) in fields.iter_mut() {
+                if !moment.values.lists[*leaf].numbers(&mut numbers) {
+                    continue;
+                }
+                // a list grows to twice its length
+                if !budget.spend(2 * size_of::<(f64, f64)>() * numbers.len()) {
+                    return Err(recording.no_room("the points of the curves"));
+                }
+                curves.resize_with(curves.len().max(numbers.len()), Curve::new);
+                let points = numbers.iter().map(|number| (moment.time, *number));
+                curves.iter_mut().zip(points).for_each(|(curve, point)| curve.push(point));
+            }
+            Ok(())
+        });
+    }
+
+    /// The curves of a field, one for each of its elements; none if it is not recorded.
+    pub(super) fn curves(&self, name: &str) -> &[Curve] {
+        self.fields.iter().find(|(known, ..)| *known == name).map_or(&[], |(.., curves)| curves)
+    }
+
+    /// The curve of a field of single numbers.
+    pub(super) fn curve(&self, name: &str) -> &[(f64, f64)] {
+        self.curves(name).first().map_or(&[], Vec::as_slice)
+    }
+}
+
+/// The point of a curve, or whatever else is at places in their order, nearest to a place; of two that are equally near, the first.
+///
+/// * `is_lower`: of two at the place the second is meant
+pub(super) fn nearest_point<T: Copy>(curve: &[(f64, T)], (place, is_lower): (f64, bool)) -> Option<(f64, T)> {
+    let next = curve.partition_point(|point| point.0 < place || (is_lower && point.0 == place));
+    let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| curve.get(i));
+    let distance = |point: &&(f64, T)| (point.0 - place).abs();
+    around.min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
+}
+
+/// The value of a curve at the point nearest to every time; NaN where it has none.
+pub(super) fn nearest(curve: &[(f64, f64)], times: &[f64]) -> Vec<f64> {
+    times.iter().map(|at| nearest_point(curve, (*at, false)).map_or(f64::NAN, |point| point.1)).collect()
+}
 
 /// The field that is shown first: the stress if it is recorded, else what there is.
 pub(super) fn main_field(recording: &Recording) -> Option<(u16, usize)> {
@@ -80,15 +162,9 @@ pub(super) struct Bounds {
     /// All of it.
     pub whole: Section,
     peaks: Peaks,
-    /// Rows and columns of the largest frame.
-    pub sides: Option<[Side; 2]>,
+    /// The largest frame, without its values.
+    pub largest: Option<Slice>,
     samples: Vec<f64>,
-    /// Of the values.
-    pub unit: Option<String>,
-    /// Of the sides.
-    pub length_unit: Option<String>,
-    /// Of the rows.
-    pub coordinate: Option<String>,
 }
 
 impl Bounds {
@@ -108,14 +184,9 @@ impl Bounds {
                 number == 1
             });
         }
-        self.unit = slice.unit;
-        let [Heading { unit, name, .. }, _] = slice.axes;
-        (self.length_unit, self.coordinate) = (unit, Some(name));
-        let is_longer = |known: &[Side; 2]| {
-            slice.rows.length() * slice.columns.length() > known[0].length() * known[1].length()
-        };
-        if self.sides.as_ref().is_none_or(is_longer) {
-            self.sides = Some([slice.rows, slice.columns]);
+        let size = |slice: &Slice| slice.rows.length() * slice.columns.length();
+        if self.largest.as_ref().is_none_or(|known| size(&slice) > size(known)) {
+            self.largest = Some(Slice { values: Vec::new(), ..slice });
         }
     }
 
@@ -128,7 +199,7 @@ impl Bounds {
     /// The part of the section with values above a share of the range; `None` if that is most of it, or nothing.
     pub(super) fn part(&self, range: f64) -> Option<Section> {
         let [rows, columns] = self.peaks.above(SEEN * range);
-        let [row_side, column_side] = self.sides.as_ref()?;
+        let Slice { rows: row_side, columns: column_side, .. } = self.largest.as_ref()?;
         if rows.is_empty() {
             return None;
         }
@@ -276,17 +347,14 @@ impl Scale {
         Self::of(headings, largest(numbers), &Units::default())
     }
 
-    /// A number as a page has it.
     pub(super) fn number(&self, value: f64) -> Value {
         number(self.unit.as_ref().map_or(value, |unit| unit.apply(value)))
     }
 
-    /// Numbers as a page has them.
     pub(super) fn numbers(&self, values: impl IntoIterator<Item = f64>) -> Vec<Value> {
         values.into_iter().map(|value| self.number(value)).collect()
     }
 
-    /// The unit with its prefix.
     pub(super) fn name(&self) -> Option<&str> {
         self.unit.as_ref().map(|unit| unit.unit.as_str())
     }
@@ -352,13 +420,12 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_a_page_are_short_and_in_the_unit_that_is_best_read() {
-        let scale = Scale::of_page(&[Heading::new("force", Some("N"))], [0.0, -1.5e6].into_iter());
-        assert_eq!((scale.label.as_str(), scale.name()), ("force [MN]", Some("MN")));
-        assert_eq!(scale.numbers([1_234_567.0, f64::NAN]), [Value::from(1.23457), Value::Null]);
-        let plain = Scale::of_page(&[Heading::new("r", Some("R"))], [2.0].into_iter());
-        assert_eq!((plain.label.as_str(), plain.name(), plain.number(2.0)), ("r [R]", None, 2.0.into()));
-        let two = [Heading::new("kinetic", Some("J")), Heading::new("force", Some("N"))];
-        assert_eq!(Scale::of_page(&two, [5e6].into_iter()).name(), None);
+    fn the_nearest_point_counts() {
+        let curve = [(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)];
+        assert_eq!(nearest(&curve, &[-1.0, 0.5, 0.6, 9.0]), [1.0, 1.0, 2.0, 3.0]);
+        assert!(nearest(&[], &[0.0])[0].is_nan());
+        let interface = [(0.0, 1.0), (1.0, 2.0), (1.0, 3.0), (1.5, 4.0)];
+        let sides = [false, true].map(|is_lower| nearest_point(&interface, (1.0, is_lower)));
+        assert_eq!(sides, [Some((1.0, 2.0)), Some((1.0, 3.0))]);
     }
 }

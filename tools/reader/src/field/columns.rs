@@ -28,10 +28,6 @@ const MAX_ENTRIES: usize = 1000;
 ///
 /// * `extent`: gives how far the array of a leaf reaches over all messages; asked only where it is needed. If it knows no
 ///   positions, none are refused
-///
-/// # Errors
-///
-/// The selection does not fit the channel.
 pub fn columns(
     channel: &Channel,
     selection: &Selection,
@@ -39,8 +35,8 @@ pub fn columns(
 ) -> Result<Columns, SelectionError> {
     let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
     let at = selection.at.as_slice();
-    let (used, for_curves) = (vec![false; at.len()], selection.for_curves);
-    let mut picker = Picker { channel, layout, at, used, for_curves, extent };
+    let (unused, for_curves) = (at.iter().collect(), selection.for_curves);
+    let mut picker = Picker { channel, layout, at, unused, for_curves, extent };
     let time = picker.time();
     let (mut fields, mut left_out) = (Vec::new(), Vec::new());
     if selection.fields.is_empty() {
@@ -53,8 +49,8 @@ pub fn columns(
         known.extend(new.iter().map(|column| column.heading.name.clone()));
         fields.extend(new);
     }
-    match at.iter().zip(&picker.used).find(|(_, used)| !**used) {
-        Some((at, _)) => Err(SelectionError::no_axis(&[channel], at)),
+    match picker.unused.first() {
+        Some(at) => Err(SelectionError::no_axis(&[channel], at)),
         None => Ok(Columns { time, fields, left_out }),
     }
 }
@@ -63,8 +59,8 @@ struct Picker<'a> {
     channel: &'a Channel,
     layout: &'a Layout,
     at: &'a [Positions],
-    /// Which of these have been of use.
-    used: Vec<bool>,
+    /// Those of them that have not been of use.
+    unused: Vec<&'a Positions>,
     for_curves: bool,
     extent: &'a mut dyn FnMut(usize) -> Extent,
 }
@@ -165,8 +161,9 @@ impl Picker<'_> {
         let axis = Axis::of(leaf, self.layout, self.channel);
         let mut columns = Vec::new();
         let mut is_chosen = false;
-        for (i, at) in self.at.iter().enumerate().filter(|(_, at)| at.fit(&axis)) {
-            (self.used[i], is_chosen) = (true, true);
+        for at in self.at.iter().filter(|at| at.fit(&axis)) {
+            is_chosen = true;
+            self.unused.retain(|unused| *unused != at);
             columns.extend(self.positions(&path, &axis, at)?);
         }
         if is_chosen {

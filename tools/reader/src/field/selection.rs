@@ -101,28 +101,14 @@ impl Positions {
     }
 }
 
-/// Which parts of a selection any of several channels has.
-pub(crate) struct Used {
-    pub(crate) fields: Vec<bool>,
-    pub(crate) at: Vec<bool>,
-}
-
-impl Used {
-    pub(crate) fn new(selection: &Selection) -> Self {
-        Self { fields: vec![false; selection.fields.len()], at: vec![false; selection.at.len()] }
-    }
-
-    /// Refuses what none of the channels has, like what a single channel has not.
-    pub(crate) fn check(&self, selection: &Selection, channels: &[&Channel]) -> Result<(), SelectionError> {
-        let unused = |used: &[bool]| used.iter().position(|used| !used);
+impl Selection {
+    /// Refuses what none of some channels has, like what a single channel has not: the rest, once all was taken out that they have.
+    pub(crate) fn refuse_rest(&self, channels: &[&Channel]) -> Result<(), SelectionError> {
         let decoded = channels.iter().find(|channel| channel.layout.is_some()).or(channels.first());
-        if let (Some(unused), Some(channel)) = (unused(&self.fields), decoded) {
-            return Err(SelectionError::unknown_field(channel, &selection.fields[unused]));
+        if let (Some(field), Some(channel)) = (self.fields.first(), decoded) {
+            return Err(SelectionError::unknown_field(channel, field));
         }
-        match unused(&self.at) {
-            Some(unused) => Err(SelectionError::no_axis(channels, &selection.at[unused])),
-            None => Ok(()),
-        }
+        self.at.first().map_or(Ok(()), |at| Err(SelectionError::no_axis(channels, at)))
     }
 }
 
@@ -284,36 +270,5 @@ impl<'a> Name<'a> {
             text.map(|text| Index { text: text.to_owned(), is_key })
         };
         Some((leaf, layout.way(leaf).map(index).collect()))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn keys_of_maps_may_be_any_text() {
-        let name = Name::parse("a.gains[joint.1@x].b[2]@r=0").expect("a name");
-        assert_eq!(name.parts, [("a", None), ("gains", Some("joint.1@x")), ("b", Some("2"))]);
-        assert_eq!(name.at, Some("r=0"));
-        for bad in ["a[1", "a[1]b", "a[1].[2", "a[1][2]"] {
-            assert!(Name::parse(bad).is_none(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn positions_are_lists_or_points() {
-        let parse = |text: &str| text.parse::<Positions>();
-        let point = parse("r=0, z=0.5,1").expect("points");
-        assert_eq!(
-            (point.on("r"), point.on("z"), point.on("x")),
-            (Some(&[0.0][..]), Some(&[0.5, 1.0][..]), None)
-        );
-        assert_eq!(point.to_string(), "r=0,z=0.5,1");
-        let typed = parse("r=0.1mm,z=2 cm").expect("a point");
-        assert_eq!((typed.to_string().as_str(), typed.has_unit), ("r=0.0001,z=0.02", true));
-        for bad in ["0,1", "r=", "r=x", "r=nan", "r=0,r=1", ""] {
-            assert!(parse(bad).is_err(), "{bad}");
-        }
     }
 }

@@ -15,7 +15,6 @@ pub struct Aligned<W: Write> {
 }
 
 impl<W: Write> Aligned<W> {
-    /// Writes to `output`.
     pub fn new(output: W) -> Self {
         Self { output, lines: Vec::new(), is_text: Vec::new() }
     }

@@ -7,13 +7,12 @@ use prost_reflect::{
 };
 use serde::ser::{Error, Serialize, SerializeMap, Serializer};
 
-use super::json_lines::special;
+use super::json::special;
 use crate::wire::dynamic;
 
 /// Deepest nesting of messages in messages of unknown type, `Any`.
 const MAX_DEPTH: usize = 16;
 
-/// A message as JSON.
 #[derive(Clone, Copy)]
 pub(crate) struct Mapped<'a> {
     pub(crate) message: &'a DynamicMessage,
@@ -135,7 +134,6 @@ fn is_own(name: &str) -> bool {
     is_wrapper(name) || name.strip_prefix("google.protobuf.").is_some_and(|name| others.contains(&name))
 }
 
-/// A value of a message.
 #[derive(Clone, Copy)]
 struct Part<'a> {
     value: &'a Value,

@@ -64,7 +64,6 @@ struct Column {
 }
 
 impl<W: Write> Npy<W> {
-    /// Writes to `output`; keeps at most `memory` bytes.
     pub fn new(output: W, shape: Shape, memory: u64) -> Self {
         let room = usize::try_from(memory / 32).unwrap_or(usize::MAX);
         Self { output, shape, room, headings: Vec::new(), columns: Vec::new() }

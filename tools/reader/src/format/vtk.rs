@@ -15,10 +15,6 @@ use crate::{
 /// ```text
 /// <VTKFile> <ImageData WholeExtent="0 nx-1 0 ny-1 0 0" Origin Spacing> … <AppendedData encoding="raw">_ length values
 /// ```
-///
-/// # Errors
-///
-/// The positions along an axis are not evenly apart.
 pub fn vti(slice: &Slice) -> Result<Vec<u8>, &Heading> {
     let even = |side: &Side, axis| match side {
         Side::Even { start, step, .. } => Ok((*start, *step)),

@@ -25,23 +25,14 @@ const RLE_DICTIONARY: i64 = 8;
 /// Deepest nesting of a header.
 const DEPTH: usize = 8;
 
-/// What the values of a column are.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Form {
-    Double,
-    Float,
-    Int32,
-    UInt32,
-    Int64,
-    UInt64,
-    Bool,
-    Text,
-}
+/// Reads a plain value; nothing if the input ends in it.
+pub(super) type Read = fn(&mut Input<'_>) -> Option<Cell>;
 
 /// How a column is written in a group of rows.
 #[derive(Clone, Copy)]
 pub(super) struct Chunk {
-    pub(super) form: Form,
+    /// Its values; bools, which are bits, without it.
+    pub(super) read: Option<Read>,
     /// Compressed with zstd.
     pub(super) is_compressed: bool,
     /// Cells can be empty.
@@ -77,8 +68,8 @@ pub(super) fn read(
         };
         let page = uncompressed.as_deref().unwrap_or(compressed);
         match header.kind {
-            DICTIONARY_PAGE if chunk.form != Form::Bool => {
-                let mut values = Plain { input: Input(page), form: chunk.form, bit: 0 };
+            DICTIONARY_PAGE if chunk.read.is_some() => {
+                let mut values = Plain { input: Input(page), read: chunk.read, bit: 0 };
                 dictionary = (0..header.count).map_while(|_| values.next()).collect();
             }
             DATA_PAGE => {
@@ -108,7 +99,7 @@ fn read_page(
         levels = Some(Hybrid::new(data, 1));
     }
     let mut values: Box<dyn Iterator<Item = Cell>> = match header.encoding {
-        PLAIN => Box::new(Plain { input, form: chunk.form, bit: 0 }),
+        PLAIN => Box::new(Plain { input, read: chunk.read, bit: 0 }),
         PLAIN_DICTIONARY | RLE_DICTIONARY => {
             let width = input.byte().unwrap_or_default();
             let places = Hybrid::new(input.0, usize::from(width).min(32));
@@ -131,7 +122,6 @@ fn read_page(
     Ok(Some(()))
 }
 
-/// What a page says of itself.
 #[derive(Default)]
 struct Header {
     kind: i64,
@@ -178,16 +168,16 @@ const STRUCT: u8 = 12;
 type Take<'a, 'f> = &'f mut dyn FnMut(&mut Input<'a>, i64, u8) -> Option<()>;
 
 /// Bytes that are still to be read.
-struct Input<'a>(&'a [u8]);
+pub(super) struct Input<'a>(&'a [u8]);
 
 impl<'a> Input<'a> {
-    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+    pub(super) fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
         Some(taken)
     }
 
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+    pub(super) fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.take(N)?.try_into().ok()
     }
 
@@ -258,7 +248,7 @@ impl<'a> Input<'a> {
 /// Plain values, one after the other.
 struct Plain<'a> {
     input: Input<'a>,
-    form: Form,
+    read: Option<Read>,
     /// Number of the next bool.
     bit: usize,
 }
@@ -267,24 +257,12 @@ impl Iterator for Plain<'_> {
     type Item = Cell;
 
     fn next(&mut self) -> Option<Cell> {
-        let input = &mut self.input;
-        Some(match self.form {
-            Form::Double => Cell::Double(f64::from_le_bytes(input.array()?)),
-            Form::Float => Cell::Float(f32::from_le_bytes(input.array()?)),
-            Form::Int32 => Cell::Int(i64::from(i32::from_le_bytes(input.array()?))),
-            Form::UInt32 => Cell::UInt(u64::from(u32::from_le_bytes(input.array()?))),
-            Form::Int64 => Cell::Int(i64::from_le_bytes(input.array()?)),
-            Form::UInt64 => Cell::UInt(u64::from_le_bytes(input.array()?)),
-            Form::Bool => {
-                let bit = bit(input.0, self.bit)?;
-                self.bit += 1;
-                Cell::Bool(bit == 1)
-            }
-            Form::Text => {
-                let length = u32::from_le_bytes(input.array()?) as usize;
-                Cell::Text(String::from_utf8_lossy(input.take(length)?).into_owned())
-            }
-        })
+        if let Some(read) = self.read {
+            return read(&mut self.input);
+        }
+        let bit = bit(self.input.0, self.bit)?;
+        self.bit += 1;
+        Some(Cell::Bool(bit == 1))
     }
 }
 

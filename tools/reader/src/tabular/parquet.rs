@@ -10,7 +10,7 @@ use percuss_table::{Cell, Heading};
 
 use super::{
     Columns, Flaw,
-    pages::{self, Form},
+    pages::{self, Read},
 };
 
 /// What ends the file, and begins it.
@@ -98,15 +98,20 @@ fn read_chunk(
     let descriptor = chunk.column_descr();
     let is_unsigned =
         matches!(descriptor.logical_type_ref(), Some(LogicalType::Integer(kind)) if !kind.is_signed);
-    let form = match chunk.column_type() {
-        Type::DOUBLE => Form::Double,
-        Type::FLOAT => Form::Float,
-        Type::INT32 if is_unsigned => Form::UInt32,
-        Type::INT32 => Form::Int32,
-        Type::INT64 if is_unsigned => Form::UInt64,
-        Type::INT64 => Form::Int64,
-        Type::BOOLEAN => Form::Bool,
-        Type::BYTE_ARRAY => Form::Text,
+    let read: Option<Read> = match chunk.column_type() {
+        Type::DOUBLE => Some(|input| Some(Cell::Double(f64::from_le_bytes(input.array()?)))),
+        Type::FLOAT => Some(|input| Some(Cell::Float(f32::from_le_bytes(input.array()?)))),
+        Type::INT32 if is_unsigned => {
+            Some(|input| Some(Cell::UInt(u32::from_le_bytes(input.array()?).into())))
+        }
+        Type::INT32 => Some(|input| Some(Cell::Int(i32::from_le_bytes(input.array()?).into()))),
+        Type::INT64 if is_unsigned => Some(|input| Some(Cell::UInt(u64::from_le_bytes(input.array()?)))),
+        Type::INT64 => Some(|input| Some(Cell::Int(i64::from_le_bytes(input.array()?)))),
+        Type::BOOLEAN => None,
+        Type::BYTE_ARRAY => Some(|input| {
+            let length = u32::from_le_bytes(input.array()?) as usize;
+            Some(Cell::Text(String::from_utf8_lossy(input.take(length)?).into_owned()))
+        }),
         other => return Err(Flaw::of(format!("{other} is not read"))),
     };
     let outside = || Flaw::of("its place is outside of the file");
@@ -118,7 +123,7 @@ fn read_chunk(
     let most = columns.limits.kept() / PAGE;
     let before = columns.table.columns[column].len();
     let mut take = |cell: Cell| columns.push(column, cell);
-    pages::read(data, pages::Chunk { form, is_compressed, has_gaps, most }, &mut take)?;
+    pages::read(data, pages::Chunk { read, is_compressed, has_gaps, most }, &mut take)?;
     let found = columns.table.columns[column].len() - before;
     if found == rows { Ok(()) } else { Err(Flaw::of(format!("{found} cells in a group of {rows} rows"))) }
 }

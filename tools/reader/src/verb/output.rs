@@ -1,7 +1,7 @@
 //! Where output goes: standard output, or a file that is never overwritten unasked.
 
 use std::{
-    io::{self, BufWriter},
+    io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
 };
 
@@ -43,17 +43,15 @@ impl Write {
         self.path().map_or(Ok(()), |output| refuse_inputs(output, inputs))
     }
 
-    /// Refuses an output that exists, unless it may be overwritten.
     pub(crate) fn refuse_existing(&self) -> Result<(), Failure> {
         Ok(OutputError::refuse_existing(self.path(), self.force)?)
     }
 
     /// The output, to be begun with its first byte.
     pub(crate) fn begin(&self) -> BufWriter<Output> {
-        BufWriter::new(Output { path: self.output.clone(), overwrite: self.force, opened: None })
+        BufWriter::new(Output::new(self.path(), self.force))
     }
 
-    /// Writes all of it.
     pub(crate) fn whole(&self, bytes: &[u8]) -> Result<(), Failure> {
         write(self.path(), self.force, bytes)
     }
@@ -95,51 +93,36 @@ pub(crate) fn same_file(output: &Path) -> Failure {
 pub(crate) struct Output {
     path: Option<PathBuf>,
     overwrite: bool,
-    opened: Option<Opened>,
-}
-
-enum Opened {
-    Stdout(io::Stdout),
-    File(percuss_output::Output),
-}
-
-impl Opened {
-    fn writer(&mut self) -> &mut dyn io::Write {
-        match self {
-            Self::Stdout(stdout) => stdout,
-            Self::File(file) => file,
-        }
-    }
+    file: Option<percuss_output::Output>,
 }
 
 impl Output {
-    /// The output, which is begun if that is still to be done.
-    fn open(&mut self) -> io::Result<&mut Opened> {
-        let opened = match (self.opened.take(), &self.path) {
-            (Some(opened), _) => opened,
-            (None, Some(path)) => Opened::File(percuss_output::Output::create(path, self.overwrite)?),
-            (None, None) => Opened::Stdout(io::stdout()),
-        };
-        Ok(self.opened.insert(opened))
+    fn new(path: Option<&Path>, overwrite: bool) -> Self {
+        Self { path: path.map(Path::to_owned), overwrite, file: None }
     }
 
-    /// Completes the output.
+    /// What is written to; a file is begun if that is still to be done.
+    fn writer(&mut self) -> io::Result<Box<dyn io::Write + '_>> {
+        let Some(path) = &self.path else { return Ok(Box::new(io::stdout())) };
+        let file = match self.file.take() {
+            Some(file) => file,
+            None => percuss_output::Output::create(path, self.overwrite)?,
+        };
+        Ok(Box::new(self.file.insert(file)))
+    }
+
     fn commit(self) -> io::Result<()> {
-        match self.opened {
-            Some(Opened::File(file)) => file.commit(),
-            Some(Opened::Stdout(mut stdout)) => io::Write::flush(&mut stdout),
-            None => Ok(()),
-        }
+        self.file.map_or_else(|| io::stdout().flush(), percuss_output::Output::commit)
     }
 }
 
 impl io::Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.open()?.writer().write(bytes)
+        self.writer()?.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.opened.as_mut().map_or(Ok(()), |opened| opened.writer().flush())
+        self.file.as_mut().map_or_else(|| io::stdout().flush(), io::Write::flush)
     }
 }
 
@@ -176,12 +159,10 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     print_painted(&lines(text))
 }
 
-/// Writes a JSON document to standard output.
 pub(crate) fn print_document(json: &str) -> Result<(), Failure> {
     print_painted(&document(json))
 }
 
-/// Writes a text or a JSON document to standard output.
 pub(crate) fn show(text: &str, is_json: bool) -> Result<(), Failure> {
     if is_json { print_document(text) } else { print(text) }
 }
@@ -198,8 +179,8 @@ pub(crate) fn if_read(printed: Result<(), Failure>) -> Result<(), Failure> {
 
 /// Writes a whole file, a new one unless it may be overwritten; without a path to standard output.
 pub(crate) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Result<(), Failure> {
-    let mut output = Output { path: path.map(Path::to_owned), overwrite, opened: None };
+    let mut output = Output::new(path, overwrite);
     // even if there are no bytes
-    let written = output.open().and_then(|output| output.writer().write_all(bytes));
+    let written = output.writer().and_then(|mut writer| writer.write_all(bytes));
     written.and_then(|()| output.commit()).map_err(|error| Failure::from(error).at(path))
 }

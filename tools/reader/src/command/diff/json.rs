@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::{
     compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Location, Measure, Verdict},
-    format::json_lines::special,
+    format::json::special,
 };
 
 /// Version of the JSON form. 2: verdict `not_compared`, `gaps`, `starts`, `outside_a` and `outside_b` for `outside`. 3: what is empty,

@@ -5,14 +5,12 @@
 
 use std::path::Path;
 
-use super::{no_messages, several};
+use super::several;
 use crate::{
     failure::Failure,
     messages::Recording,
-    pass::{Moment, Pass},
-    recording::{Damage, Limits},
-    select::{self, Bound, Pattern, Window},
-    slice::moments,
+    recording::Limits,
+    select::{self, Pattern},
     wire::{Layout, List, Type, Values},
 };
 
@@ -20,36 +18,20 @@ use crate::{
 const FORMATS: [(&str, &[u8]); 3] = [("png", b"\x89PNG"), ("jpg", &[0xff, 0xd8]), ("webp", b"RIFF")];
 
 /// A channel with images.
-pub struct Camera {
-    recording: Recording,
-    id: u16,
+pub(super) struct Camera {
+    pub(super) recording: Recording,
+    pub(super) id: u16,
     /// Leaves of the format and of the content.
     leaves: [usize; 2],
 }
 
-/// An image as a file.
-pub struct Image<'a> {
-    /// Extension of its name.
-    pub extension: &'static str,
-    /// Content.
-    pub bytes: &'a [u8],
-}
-
 impl Camera {
     /// The channel with images that a pattern fits; `None` if it holds none.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, no topic fits, or there are several with images.
-    pub fn find(path: &Path, topic: &Pattern, limits: Limits) -> Result<Option<Self>, Failure> {
+    pub(super) fn find(path: &Path, topic: &Pattern, limits: Limits) -> Result<Option<Self>, Failure> {
         let recording = Recording::open(path, limits)?;
-        let mut found = Vec::new();
-        for id in select::channels(&recording, std::slice::from_ref(topic))? {
-            if let Some(leaves) = recording.channels[&id].layout.as_deref().and_then(leaves) {
-                found.push((id, leaves));
-            }
-        }
-        match found.as_slice() {
+        let leaves = |id: u16| Some((id, recording.channels[&id].layout.as_deref().and_then(leaves)?));
+        let ids = select::channels(&recording, std::slice::from_ref(topic))?;
+        match ids.into_iter().filter_map(leaves).collect::<Vec<_>>().as_slice() {
             [] => Ok(None),
             &[(id, leaves)] => Ok(Some(Self { recording, id, leaves })),
             found => {
@@ -59,66 +41,31 @@ impl Camera {
         }
     }
 
-    /// The message nearest to a time, or the last.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or there is no such message.
-    pub fn moment(&self, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), Failure> {
-        let (mut moments, _, damages) = moments(&self.recording, self.id, time.as_slice(), false)?;
-        let none = || no_messages(&self.recording.channels[&self.id].topic);
-        Ok((moments.pop().ok_or_else(none)?, damages))
+    pub(super) fn topic(&self) -> &str {
+        &self.recording.channels[&self.id].topic
     }
 
-    /// Hands all images to `take`, with their log times.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, a message is no image, or `take` fails.
-    pub fn images(
-        &self,
-        mut take: impl FnMut(u64, Image<'_>) -> Result<(), Failure>,
-    ) -> Result<Vec<Damage>, Failure> {
-        let mut pass = Pass::over(&self.recording, Window::default());
-        pass.each(self.id, |moment, _| take(moment.log_time, self.read(&moment.values)?));
-        let seen = pass.run()?;
-        if seen.undecoded > 0 {
-            return Err(self.refuse("a message does not fit its schema"));
-        }
-        Ok(seen.damages)
+    pub(super) fn refuse(&self, why: impl std::fmt::Display) -> Failure {
+        Failure::Failed(format!("an image of `{}` cannot be written: {why}", self.topic()))
     }
 
-    fn refuse(&self, why: impl std::fmt::Display) -> Failure {
-        let topic = &self.recording.channels[&self.id].topic;
-        Failure::Failed(format!("an image of `{topic}` cannot be written: {why}"))
-    }
-
-    /// The image in a message.
-    ///
-    /// # Errors
-    ///
-    /// It is none.
-    pub fn read<'a>(&self, values: &'a Values) -> Result<Image<'a>, Failure> {
-        let [format, data] = self.leaves;
-        let format = if let List::Text(list) = &values.lists[format] {
-            list.first().map_or("", String::as_str)
-        } else {
-            ""
+    /// The image in a message, and its extension.
+    pub(super) fn read<'a>(&self, values: &'a Values) -> Result<(&'static str, &'a [u8]), Failure> {
+        let (format, bytes) = match self.leaves.map(|leaf| &values.lists[leaf]) {
+            [List::Text(formats), List::Bytes(images)] => {
+                (formats.first().map_or("", String::as_str), images.first().map_or(&[][..], Vec::as_slice))
+            }
+            _ => ("", &[][..]),
         };
-        let bytes = if let List::Bytes(list) = &values.lists[data] {
-            list.first().map_or(&[][..], Vec::as_slice)
-        } else {
-            &[]
-        };
-        image(format, bytes).ok_or_else(|| {
+        let extension = extension(format, bytes).ok_or_else(|| {
             self.refuse(format!(
                 "its format is `{format}`, which its bytes are not, or which is not png, jpeg or webp"
             ))
-        })
+        })?;
+        Ok((extension, bytes))
     }
 }
 
-/// Leaves of the format and the content of images.
 fn leaves(layout: &Layout) -> Option<[usize; 2]> {
     let leaf = |name: &str, kind: Type| {
         let leaf = layout.find(name)?;
@@ -127,13 +74,12 @@ fn leaves(layout: &Layout) -> Option<[usize; 2]> {
     Some([leaf("format", Type::Text)?, leaf("data", Type::Bytes)?])
 }
 
-/// An image; `None` if it is not what its format says. ROS writes `rgb8; jpeg compressed bgr8`.
-fn image<'a>(format: &str, bytes: &'a [u8]) -> Option<Image<'a>> {
+/// Extension of an image; `None` if it is not what its format says. ROS writes `rgb8; jpeg compressed bgr8`.
+fn extension(format: &str, bytes: &[u8]) -> Option<&'static str> {
     let format = format.to_lowercase();
-    let (extension, begin) = FORMATS
-        .into_iter()
-        .find(|(name, _)| format.contains(name) || (*name == "jpg" && format.contains("jpeg")))?;
-    bytes.starts_with(begin).then_some(Image { extension, bytes })
+    let is_named = |name: &str| format.contains(name) || (name == "jpg" && format.contains("jpeg"));
+    let (extension, begin) = FORMATS.into_iter().find(|(name, _)| is_named(name))?;
+    bytes.starts_with(begin).then_some(extension)
 }
 
 #[cfg(test)]
@@ -143,8 +89,8 @@ mod tests {
     #[test]
     fn images_are_what_they_say() {
         let jpeg = [0xff, 0xd8, 0xff];
-        assert_eq!(image("rgb8; jpeg compressed bgr8", &jpeg).map(|image| image.extension), Some("jpg"));
-        assert!(image("png", &jpeg).is_none());
-        assert!(image("h264", &jpeg).is_none());
+        assert_eq!(extension("rgb8; jpeg compressed bgr8", &jpeg), Some("jpg"));
+        assert!(extension("png", &jpeg).is_none());
+        assert!(extension("h264", &jpeg).is_none());
     }
 }

@@ -1,13 +1,16 @@
-//! Fields against time, as curves.
+//! Curves: fields against time, and columns of a table over each other.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
-use percuss_picture::{Curve, Panel};
+use percuss_picture::{Curve, Medium, Panel, draw};
 use percuss_table::{Cell, Heading, Sink};
 
 use super::{
-    axes::{Line, keep_first_units, units},
-    request::Request,
+    Drawn, Request,
+    axes::{Line, keep_first_units, panel},
 };
 use crate::{
     command::{
@@ -18,9 +21,9 @@ use crate::{
     failure::Failure,
     field::{Selection, place_and_field},
     recording::{Budget, Limits},
+    tabular,
 };
 
-/// Takes a table as curves.
 struct Curves {
     headings: Vec<Heading>,
     curves: Vec<Curve>,
@@ -68,16 +71,7 @@ pub(crate) fn traces(paths: &[PathBuf], request: &Request, limits: Limits) -> Re
     let Lines { time, lines, .. } = lines(paths, request, limits)?;
     let (curves, headings): (Vec<Curve>, Vec<Heading>) =
         lines.into_iter().map(|line| (line.curve, line.heading)).unzip();
-    Ok(Panel {
-        x_label: time.with_unit(),
-        y_label: common_label(&headings),
-        curves,
-        log_x: request.log.0,
-        log_y: request.log.1,
-        x_range: request.x_range,
-        y_range: request.range,
-        ..Panel::default()
-    })
+    Ok(Panel { x_label: time.with_unit(), y_label: common_label(&headings), curves, ..Panel::default() })
 }
 
 /// Fields against time, without those that only count.
@@ -129,9 +123,10 @@ pub(super) fn sides(
             let text = format!("times are in {left}, those of `{name}` in {right}; draw them one by one");
             return Err(Failure::Usage(text));
         }
-        left.outcome.damages.extend(found.outcome.damages);
-        left.outcome.damages.dedup();
-        left.outcome.undecoded += found.outcome.undecoded;
+        let (losses, others) = (&mut left.outcome.losses, found.outcome.losses);
+        losses.damages.extend(others.damages);
+        losses.damages.dedup();
+        losses.undecoded += others.undecoded;
         right.extend(found.lines);
     }
     if request.selection.fields.is_empty() {
@@ -144,7 +139,7 @@ pub(super) fn sides(
         let text = "no curve is left for the axis at the left; name one with --field";
         return Err(Failure::Usage(text.into()));
     }
-    if units(&right).len() > 1 {
+    if right.iter().any(|line| line.heading.unit != right[0].heading.unit) {
         let text = "the fields on the axis at the right have different units; choose those of one unit";
         return Err(Failure::Usage(text.into()));
     }
@@ -167,4 +162,74 @@ fn on_the_right(paths: &[PathBuf], name: &str, request: &Request, limits: Limits
     }
     let selection = Selection { fields: vec![field.to_owned()], ..Selection::default() };
     lines(paths, &Request { topics, selection, ..request.clone() }, limits)
+}
+
+/// Largest number of values of a column that have a curve each.
+const MAX_CURVES: usize = 1000;
+
+/// Memory of a curve without its points \[bytes\].
+const CURVE: usize = size_of::<Line>() + 256;
+
+/// Draws column `y` of a table over column `x`, rows without both numbers left out and counted; a curve for each value of a
+/// column, if the request names one, from the least to the greatest `x`: a table can have its rows in any order.
+pub(super) fn of_columns(
+    path: &Path,
+    (x, y): (&str, &str),
+    request: &Request,
+    title: String,
+    limits: Limits,
+    medium: Medium,
+) -> Result<Drawn, Failure> {
+    request.check_curves()?;
+    let names: Vec<&str> = [x, y].into_iter().chain(request.by.as_deref()).collect();
+    let table = tabular::read(path, Some(&names), limits)?;
+    let (xs, ys) = (&table.columns[0], &table.columns[1]);
+    let by = table.headings.get(2).zip(table.columns.get(2));
+    let mut lines: Vec<Line> = Vec::new();
+    let mut budget = Budget::new(limits.kept());
+    let mut lacking = 0;
+    for (row, point) in xs.iter().zip(ys).enumerate() {
+        let (Some(x), Some(y)) = (point.0.number(), point.1.number()) else {
+            lacking += 1;
+            continue;
+        };
+        let name =
+            by.map_or_else(|| table.headings[1].name.clone(), |(heading, cells)| name(heading, &cells[row]));
+        let known = lines.iter().position(|line| line.curve.name == name);
+        if known.is_none() && lines.len() == MAX_CURVES {
+            let text = format!("--by: more than {MAX_CURVES} values; choose a column that has fewer");
+            return Err(Failure::Usage(text));
+        }
+        // a list grows to twice its length
+        let curve = if known.is_none() { CURVE + name.len() } else { 0 };
+        if !budget.spend(2 * size_of::<(f64, f64)>() + curve) {
+            return Err(Failure::memory(path, "the points of the curves"));
+        }
+        let line = known.unwrap_or_else(|| {
+            let curve = Curve { name, ..Curve::default() };
+            lines.push(Line { curve, heading: table.headings[1].clone() });
+            lines.len() - 1
+        });
+        lines[line].curve.points.push((x, y));
+    }
+    if lines.is_empty() {
+        return Err(Failure::nothing("no row of the table has a number in both columns"));
+    }
+    if by.is_some() {
+        lines.iter_mut().for_each(|line| line.curve.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
+    }
+    let panel = Panel { title, ..panel(&table.headings[0], lines, Vec::new(), request) };
+    let picture = draw(&[panel], medium).map_err(Failure::drawing)?;
+    let note = format!("note: left out: {lacking} rows without a number in both columns");
+    let notes = Some(note).filter(|_| lacking > 0).into_iter().collect();
+    Ok(Drawn { picture, notes, ..Drawn::default() })
+}
+
+/// Name of the curve of a value: a number says what it is of.
+fn name(heading: &Heading, value: &Cell) -> String {
+    match (value.number(), &heading.unit) {
+        (None, _) => value.to_string(),
+        (_, None) => format!("{} = {value}", heading.name),
+        (_, Some(unit)) => format!("{} = {value} {unit}", heading.name),
+    }
 }

@@ -5,9 +5,8 @@ use std::{collections::BTreeSet, path::PathBuf};
 use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
-    axes::{Line, labelled, panel, time_label},
-    cut::{cut, part, visible},
-    request::{Drawn, Request},
+    Drawn, Request,
+    axes::{Line, cut, labelled, panel, part, time_label, visible},
 };
 use crate::{
     axis::Axis,
@@ -15,20 +14,21 @@ use crate::{
     command::trace::names,
     extent::{Extent, Extents},
     failure::Failure,
-    field::{Positions, SelectionError, Used},
+    field::{Positions, Selection, SelectionError},
     messages::Recording,
     pass::Moment,
     recording::Limits,
     select::Bound,
     slice::{Profile, Slice, mismatch, moments, profile, slice},
     units::Units,
+    verb::Losses,
 };
 
-/// Profiles and images at some times.
 struct Frames {
     profiles: Vec<Named>,
     images: Vec<(Slice, String)>,
-    used: Used,
+    /// What of the selection no channel has had yet.
+    unused: Selection,
 }
 
 /// A profile, its file if there are several, and its time in words.
@@ -47,8 +47,9 @@ pub(super) fn at_times(
     limits: Limits,
     medium: Medium,
 ) -> Result<Drawn, Failure> {
-    let used = Used::new(&request.selection);
-    let (mut frames, mut damages) = (Frames { profiles: Vec::new(), images: Vec::new(), used }, Vec::new());
+    let unused = request.selection.clone();
+    let mut frames = Frames { profiles: Vec::new(), images: Vec::new(), unused };
+    let mut losses = Losses::default();
     for (path, name) in paths.iter().zip(names(paths)) {
         let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
         let (recording, ids) = request.open_arrays(path, limits)?;
@@ -56,14 +57,14 @@ pub(super) fn at_times(
             // other frames may reach farther
             let holds_matrix = Axis::matrices(&recording.channels[&id]).next().is_some();
             let (moments, extents, damaged) = moments(&recording, id, times, holds_matrix)?;
-            damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
+            losses.damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
             frames.take(&file, &recording, id, (&moments, &extents), request)?;
         }
         let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
-        frames.used.check(&request.selection, &channels)?;
+        frames.unused.refuse_rest(&channels)?;
     }
     let (picture, remark) = frames.draw(request, title, medium)?;
-    Ok(Drawn { picture, damages, remark, ..Drawn::default() })
+    Ok(Drawn { picture, losses, notes: remark.into_iter().collect() })
 }
 
 /// True if a channel has something that can be drawn at one time.
@@ -73,7 +74,6 @@ fn holds_arrays(channel: &Channel) -> bool {
 }
 
 impl Frames {
-    /// The fields of a channel at some times.
     fn take(
         &mut self,
         file: &str,
@@ -87,21 +87,20 @@ impl Frames {
         let selection = &request.selection;
         let (mut leaves, hidden) = (Vec::new(), channel.axis_parts());
         for (leaf, field) in layout.leaves.iter().enumerate() {
-            let chosen = selection.fields.iter().position(|name| *name == field.path);
-            chosen.into_iter().for_each(|i| self.used.fields[i] = true);
-            let is_shown = selection.fields.is_empty() && !hidden.contains(field.path.as_str());
-            if field.is_data() && (is_shown || chosen.is_some()) {
+            self.unused.fields.retain(|name| *name != field.path);
+            let is_shown = match selection.fields.as_slice() {
+                [] => !hidden.contains(field.path.as_str()),
+                names => names.contains(&field.path),
+            };
+            if field.is_data() && is_shown {
                 leaves.push((leaf, Axis::of(leaf, layout, channel)));
             }
         }
         for moment in moments {
             for (leaf, axis) in &leaves {
-                let mut fitting = Vec::new();
-                for (i, at) in selection.at.iter().enumerate().filter(|(_, at)| at.fit(axis)) {
-                    self.used.at[i] = true;
-                    at.check_units(channel)?;
-                    fitting.push(at);
-                }
+                let fitting: Vec<&Positions> = selection.at.iter().filter(|at| at.fit(axis)).collect();
+                self.unused.at.retain(|at| !fitting.contains(&at));
+                fitting.iter().try_for_each(|at| at.check_units(channel))?;
                 if let Some(at) = fitting.iter().find(|at| !at.are_lines(axis)) {
                     let path = &layout.leaves[*leaf].path;
                     return Err(Failure::Usage(format!(
@@ -117,39 +116,25 @@ impl Frames {
                     self.profiles.push(Named::new(file, channel, profile, &request.units));
                 } else if axis.is_matrix() {
                     let slice = slice(channel, *leaf, moment).ok_or_else(mismatch)?;
-                    let extent = extents.of(id, *leaf);
+                    let extent = extents.get(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
                     let layers = recording.layers(&slice.axes[0].name);
-                    self.matrix(file, channel, Slice { layers, ..slice }, &extent, &fitting, &request.units)?;
+                    let slice = Slice { layers, ..slice };
+                    for at in &fitting {
+                        let lines = lines(&slice, at, &extent)?.into_iter();
+                        let named = lines.map(|line| Named::new(file, channel, line, &request.units));
+                        self.profiles.extend(named);
+                    }
+                    if fitting.is_empty() {
+                        let time = time_label(slice.time, channel.time_unit(), &request.units);
+                        self.images.push((slice, time));
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    /// A matrix as an image, or along lines.
-    fn matrix(
-        &mut self,
-        file: &str,
-        channel: &Channel,
-        slice: Slice,
-        extent: &Extent,
-        at: &[&Positions],
-        units: &Units,
-    ) -> Result<(), SelectionError> {
-        if at.is_empty() {
-            let time = time_label(slice.time, channel.time_unit(), units);
-            self.images.push((slice, time));
-            return Ok(());
-        }
-        for at in at {
-            let lines = lines(&slice, at, extent)?;
-            self.profiles.extend(lines.into_iter().map(|line| Named::new(file, channel, line, units)));
-        }
-        Ok(())
-    }
-
-    /// The picture, and what is to be said of it.
     fn draw(
         &self,
         request: &Request,

@@ -6,17 +6,16 @@ use percuss_picture::{Colours, Image, Medium, Side, draw_image};
 use percuss_table::Heading;
 
 use super::{
-    axes::labelled,
-    cut::cut,
+    Drawn, Request,
+    axes::{cut, labelled},
     frames::too_large,
-    request::{Drawn, Request},
 };
 use crate::{
     axis::Axis,
     channel::Channel,
-    command::points::nearest_point,
+    command::view::nearest_point,
     convention,
-    extent::{Extent, Extents, Reach, Reading},
+    extent::{Extent, Extents, Reach},
     failure::Failure,
     field::{Positions, SelectionError},
     messages::Recording,
@@ -24,6 +23,7 @@ use crate::{
     recording::{Budget, Limits},
     select::Window,
     slice::{coordinate, mismatch, profile, shown_name, slice},
+    verb::Losses,
     wire::Layout,
 };
 
@@ -57,20 +57,19 @@ pub(super) fn over_time(
     if !Budget::new(limits.kept()).spend(room) {
         return Err(too_large());
     }
-    let (columns, Seen { damages, undecoded, .. }) = array.take(&times)?;
+    let (columns, seen) = array.take(&times)?;
     let (image, range) = array.image(&times, columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(Failure::drawing)?;
-    let damages = damages.into_iter().map(|damage| (path.clone(), damage)).collect();
-    Ok(Drawn { picture, damages, undecoded, ..Drawn::default() })
+    Ok(Drawn { picture, losses: Losses::of(path, seen), ..Drawn::default() })
 }
 
 /// How far the arrays of a channel reach, and the times of its messages in a window with their numbers.
 fn read(recording: &Recording, id: u16, window: Window) -> Result<(Extents, Vec<(f64, u64)>), Failure> {
     window.check(&recording.channels[&id])?;
     let (mut known, mut number) = (Vec::new(), 0);
-    let mut reading = Reading::of(recording, &[id]);
+    let mut extents = Extents::of(recording, &[id]);
     let mut pass = Pass::over(recording, Window::default());
-    reading.watch(&mut pass);
+    extents.watch(&mut pass);
     pass.bytes(id, |_, instant, budget| {
         let time = instant.number();
         if window.holds(instant) && time.is_finite() {
@@ -84,13 +83,12 @@ fn read(recording: &Recording, id: u16, window: Window) -> Result<(Extents, Vec<
         Ok(())
     });
     pass.run()?;
-    Ok((reading.extents(), known))
+    Ok((extents, known))
 }
 
 /// The values of an array at its places at one time, if there is a message.
 type Column = Option<Vec<f64>>;
 
-/// The array that is drawn.
 struct Array<'a> {
     recording: &'a Recording,
     id: u16,
@@ -99,7 +97,6 @@ struct Array<'a> {
     extent: Extent,
     /// The line through a matrix: its coordinate and the position on that.
     line: Option<(String, f64)>,
-    /// Name of the coordinate of its places.
     coordinate: String,
     /// Where it is drawn.
     places: Side,
@@ -116,7 +113,7 @@ impl<'a> Array<'a> {
         let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
         let leaf = leaf(channel, layout, &request.selection.fields)?;
         let axis = Axis::of(leaf, layout, channel);
-        let extent = extents.of(id, leaf);
+        let extent = extents.get(id, leaf);
         let name = &layout.leaves[leaf].path;
         let (line, along, coordinate) = match request.selection.at.as_slice() {
             at if axis.is_matrix() => {
@@ -184,12 +181,9 @@ impl<'a> Array<'a> {
         }
         let nearest = |i: usize| {
             let time = first.0 + i as f64 * step;
-            let next = known.partition_point(|(known, _)| *known < time).min(known.len() - 1);
-            let before = next.saturating_sub(1);
-            let is_nearer = (known[before].0 - time).abs() <= (known[next].0 - time).abs();
-            (known[if is_nearer { before } else { next }].1, time)
+            nearest_point(&known, (time, false)).map(|(_, number)| (number, time))
         };
-        Ok((0..count).map(nearest).collect())
+        Ok((0..count).filter_map(nearest).collect())
     }
 
     /// The columns of a map, one for every time: messages by their numbers.
@@ -207,7 +201,6 @@ impl<'a> Array<'a> {
         Ok((columns, seen))
     }
 
-    /// The array at one time at all places.
     fn column(&self, moment: &Moment) -> Result<Vec<f64>, Failure> {
         let channel = self.channel();
         let mismatch = || Failure::Usage(mismatch(channel, self.leaf, moment));
@@ -344,18 +337,6 @@ fn nearest(points: &[(f64, f64)], place: (f64, bool), reach: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_nearest_point_counts_and_none_is_zero() {
-        let points = [(0.5, 1.0), (1.5, 2.0), (2.5, 3.0)];
-        for (place, value) in [(0.0, 1.0), (0.9, 1.0), (1.1, 2.0), (3.0, 3.0), (3.1, 0.0), (-0.1, 0.0)] {
-            assert_eq!(nearest(&points, (place, false), 0.5), value, "{place}");
-        }
-        assert_eq!(nearest(&[], (1.0, false), 0.5), 0.0);
-        let interface = [(0.0, 1.0), (1.0, 2.0), (1.0, 3.0), (1.5, 4.0)];
-        let at = |is_lower| nearest(&interface, (1.0, is_lower), 0.5);
-        assert_eq!((at(false), at(true)), (2.0, 3.0));
-    }
 
     #[test]
     fn places_are_those_of_the_elements_unless_there_are_too_many() {

@@ -33,12 +33,10 @@ fn picture(section: Section, pixels: f64) -> Option<Picture> {
     is_picture.then_some(Picture { section, size, pixel, frames: Vec::new() })
 }
 
-/// A section in pixels.
 struct Picture {
     section: Section,
     /// Rows and columns.
     size: (usize, usize),
-    /// Edge of a pixel.
     pixel: f64,
     frames: Vec<String>,
 }
@@ -106,7 +104,10 @@ impl<'a> Field<'a> {
         let Self { recording, id, leaf, every, mut bounds, times } = self;
         let channel = &recording.channels[&id];
         let none = (Value::Null, Vec::new());
-        let Some(quantile) = bounds.quantile() else { return Ok(none) };
+        let (Some(quantile), Some(frame)) = (bounds.quantile(), bounds.largest.clone()) else {
+            return Ok(none);
+        };
+        let ([row, _], unit) = (frame.axes, frame.unit);
         let range = recording.colour_range(&channel.topic).unwrap_or(quantile);
         let part = bounds.part(range).and_then(|part| picture(part, PIXELS));
         let whole = picture(bounds.whole, if part.is_some() { WHOLE_PIXELS } else { PIXELS });
@@ -125,19 +126,19 @@ impl<'a> Field<'a> {
             Ok(())
         });
         let damages = pass.run()?.damages;
-        let layers = recording.layers(bounds.coordinate.as_deref().unwrap_or_default());
+        let layers = recording.layers(&row.name);
         let scale = |unit: &Option<String>, largest| {
             Scale::of_page(&[Heading::new("", unit.as_deref())], [largest].into_iter())
         };
-        let value = scale(&bounds.unit, range);
+        let value = scale(&unit, range);
         // as the first view is best read
         let first = pictures.first().map_or(0.0, |picture| picture.section.width.max(picture.section.depth));
-        let length = scale(&bounds.length_unit, first);
+        let length = scale(&row.unit, first);
         let [lowest, highest] = [2, 254].map(colour);
         let field = json!({
             "name": channel.topic,
-            "unit": value.name().or(bounds.unit.as_deref()),
-            "length_unit": length.name().or(bounds.length_unit.as_deref()),
+            "unit": value.name().or(unit.as_deref()),
+            "length_unit": length.name().or(row.unit.as_deref()),
             "views": pictures.into_iter().map(|picture| picture.json(&layers, &length)).collect::<Vec<_>>(),
             "body": body(&times).json(&length),
             "range": value.number(range),

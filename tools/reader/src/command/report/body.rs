@@ -3,10 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::{
-    command::{
-        points::{find, find_leaf, nearest},
-        view::Scale,
-    },
+    command::view::{Scale, find, find_leaf, nearest},
     convention::{FACE, PROFILE, VELOCITY},
     messages::Recording,
     pass::{Moment, Pass},
@@ -39,7 +36,6 @@ pub(in crate::command) struct Outline {
 }
 
 impl Outline {
-    /// Looks at all profiles of the surface.
     pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a>) {
         let leaf = |field| find_leaf(recording, PROFILE, field);
         let (Some((id, radius)), Some((_, face))) = (leaf("r"), leaf(FACE)) else { return };

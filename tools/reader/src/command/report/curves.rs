@@ -5,10 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     channel::Channel,
-    command::{
-        points::{Curve, Points, find, find_leaf},
-        view::{Scale, downsampled, thinned},
-    },
+    command::view::{Curve, Points, Scale, downsampled, find, find_leaf, thinned},
     convention::{self, CHARTS, Chart, DISPLACEMENT, DRAG, EVENT, INTERFACE, RADIUS, VELOCITY, WARNING},
     messages::Recording,
     pass::Pass,
@@ -25,91 +22,83 @@ const PROFILES: u64 = 200;
 /// Points of a profile, at most.
 const PROFILE_POINTS: usize = 300;
 
-/// What is drawn against time: a chart for each of [`CHARTS`] that the recording has, and what moves with the frames.
-pub struct Charts(Vec<Points>);
+/// What is drawn against time: a chart for each of [`CHARTS`] that the recording has, with its channel, and what moves with the frames.
+pub struct Charts<'a>(Vec<(&'static Chart, &'a Channel, Points)>);
 
-impl Charts {
-    pub(super) fn of(recording: &Recording) -> Self {
-        // the indenter in the section takes more fields than the charts
-        let fields = |topic: &str, fields: &[&'static str]| match topic {
-            DRAG => vec!["force", RADIUS],
-            VELOCITY => vec!["velocity", DISPLACEMENT],
-            _ => fields.to_vec(),
+impl<'a> Charts<'a> {
+    pub(super) fn of(recording: &'a Recording) -> Self {
+        let chart = |chart: &'static Chart| {
+            let &(.., topic, fields) = chart;
+            // the indenter in the section takes more fields than the charts
+            let fields = match topic {
+                DRAG => &["force", RADIUS],
+                VELOCITY => &["velocity", DISPLACEMENT],
+                _ => fields,
+            };
+            let channel = &recording.channels[&find(recording, |known| known == topic)?];
+            Some((chart, channel, Points::of(recording, topic, fields)))
         };
-        Self(
-            CHARTS
-                .iter()
-                .map(|(.., topic, names)| Points::of(recording, topic, &fields(topic, names)))
-                .collect(),
-        )
+        Self(CHARTS.iter().filter_map(chart).collect())
     }
 
-    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a>) {
-        self.0.iter_mut().for_each(|points| points.watch(recording, pass));
+    pub(super) fn watch<'b>(&'b mut self, recording: &'b Recording, pass: &mut Pass<'b>) {
+        self.0.iter_mut().for_each(|(.., points)| points.watch(recording, pass));
     }
 
-    /// What is known of a topic.
     pub(super) fn of_topic(&self, topic: &str) -> Option<&Points> {
-        CHARTS.iter().position(|(.., known, _)| *known == topic).map(|place| &self.0[place])
+        self.0.iter().find(|((.., known, _), ..)| *known == topic).map(|(.., points)| points)
+    }
+
+    /// The curves of every chart, with the names of their fields.
+    fn curves(&self) -> impl Iterator<Item = (&'static Chart, &'a Channel, Vec<(&'static str, &Curve)>)> {
+        self.0.iter().map(|(chart, channel, points)| {
+            let (.., fields) = **chart;
+            let curves = |field: &&'static str| {
+                points.curves(field).iter().map(|curve| (*field, curve)).collect::<Vec<_>>()
+            };
+            (*chart, *channel, fields.iter().flat_map(curves).collect())
+        })
     }
 
     /// Name and unit of the time, as the first of them has it; nothing without any.
-    pub(super) fn clock(&self, recording: &Recording) -> Heading {
-        let mut topics = CHARTS
-            .iter()
-            .zip(&self.0)
-            .filter(|((.., fields), points)| fields.iter().any(|field| !points.curves(field).is_empty()));
-        let first = topics.find_map(|(&(.., topic, _), _)| find(recording, |known| known == topic));
-        let channel = first.map(|id| &recording.channels[&id]);
-        channel.map(|channel| Heading::new(channel.time_name(), channel.time_unit())).unwrap_or_default()
+    pub(super) fn clock(&self) -> Heading {
+        let first = self.curves().find(|(.., curves)| !curves.is_empty());
+        first.map_or_else(Heading::default, |(_, channel, _)| {
+            Heading::new(channel.time_name(), channel.time_unit())
+        })
     }
 
-    /// All times.
     pub(super) fn times(&self) -> impl Iterator<Item = f64> {
-        let curves = CHARTS
-            .iter()
-            .zip(&self.0)
-            .flat_map(|((.., fields), points)| fields.iter().map(|field| points.curves(field)));
-        curves.flatten().flatten().map(|point| point.0)
+        self.curves().flat_map(|(.., curves)| curves).flat_map(|(_, curve)| curve).map(|point| point.0)
     }
 
-    /// As a page has them.
-    ///
     /// * `length`: unit of the radii of probes
-    /// * `time`: how times are read
-    pub(super) fn json(&self, recording: &Recording, length: Option<&str>, time: &Scale) -> Vec<Value> {
-        let chart = |(&(id, title, topic, fields), points): (&Chart, &Points)| {
-            let channel = &recording.channels[&find(recording, |known| known == topic)?];
-            let curves = |field: &&str| {
-                let heading = Heading::new(field, channel.unit(field));
-                points.curves(field).iter().map(move |curve| (heading.clone(), curve))
-            };
-            let curves: Vec<(Heading, &Curve)> = fields.iter().flat_map(curves).collect();
-            (!curves.is_empty()).then(|| chart((id, title), &curves, channel, length, time))
-        };
-        CHARTS.iter().zip(&self.0).filter_map(chart).collect()
+    pub(super) fn json(&self, length: Option<&str>, time: &Scale) -> Vec<Value> {
+        let drawn = self.curves().filter(|(.., curves)| !curves.is_empty());
+        drawn.map(|(of, channel, curves)| chart(of, channel, &curves, length, time)).collect()
     }
 }
 
 fn chart(
-    (id, title): (&str, &str),
-    curves: &[(Heading, &Curve)],
+    &(id, title, ..): &Chart,
     channel: &Channel,
+    curves: &[(&str, &Curve)],
     length: Option<&str>,
     time: &Scale,
 ) -> Value {
     // the radii of the probes are the axis of their array
     let radii = channel.metadata.get(&convention::axis("stress")).and_then(|axis| convention::numbers(axis));
-    let name = |i: usize, heading: &Heading| match radii.as_ref().and_then(|radii| radii.get(i)) {
+    let name = |i: usize, field: &str| match radii.as_ref().and_then(|radii| radii.get(i)) {
         Some(radius) if id == "probes" => format!("r = {}", engineering(*radius, length)),
-        _ => heading.name.clone(),
+        _ => field.to_owned(),
     };
-    let headings: Vec<Heading> = curves.iter().map(|(heading, _)| heading.clone()).collect();
+    let heading = |(field, _): &(&str, &Curve)| Heading::new(field, channel.unit(field));
+    let headings: Vec<Heading> = curves.iter().map(heading).collect();
     let value = Scale::of_page(&headings, curves.iter().flat_map(|(_, curve)| *curve).map(|point| point.1));
-    let curves = curves.iter().enumerate().map(|(i, (heading, curve))| {
+    let curves = curves.iter().enumerate().map(|(i, (field, curve))| {
         let points = downsampled(curve);
         json!({
-            "name": name(i, heading),
+            "name": name(i, field),
             "x": time.numbers(points.iter().map(|point| point.0)),
             "y": value.numbers(points.iter().map(|point| point.1)),
         })
@@ -147,7 +136,6 @@ impl Profiles {
         });
     }
 
-    /// All times.
     pub(super) fn times(&self) -> impl Iterator<Item = f64> {
         self.frames.iter().map(|(time, _)| *time)
     }
@@ -202,9 +190,6 @@ impl Events {
         });
     }
 
-    /// As a page has them.
-    ///
-    /// * `time`: how times are read
     pub(super) fn json(mut self, time: &Scale) -> Vec<Value> {
         if let Some(more) = self.count.checked_sub(EVENTS + 1) {
             let text = format!("this and {more} more are not listed");

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::curves::Charts;
 use crate::{
-    command::{points::find, summary::Reading},
+    command::{summary::Reading, view::find},
     convention::{
         self, CHARTS, DEPTH, ENERGY, HOST, INTERFACE, LARGEST_PRESSURE, LARGEST_STRAIN, RUN, STATUS, VALIDITY,
     },
@@ -33,7 +33,7 @@ const RESULTS: [(&str, &str); 10] = [
 ];
 
 /// Rows of names and texts: `results`, `run` and `energy`.
-pub(super) fn facts(recording: &Recording, reading: &Reading, charts: &Charts) -> Value {
+pub(super) fn facts(recording: &Recording, reading: &Reading, charts: &Charts<'_>) -> Value {
     json!({
         "results": results(recording, reading),
         "run": run(recording, &reading.units),
@@ -65,12 +65,13 @@ fn results(recording: &Recording, reading: &Reading) -> Rows {
     let Some(validity) = recording.entries(VALIDITY) else { return rows };
     let stress =
         find(recording, |topic| topic == INTERFACE).and_then(|id| recording.channels[&id].unit("stress"));
-    let single = [("Largest pressure", LARGEST_PRESSURE, stress), ("Largest strain", LARGEST_STRAIN, None)];
-    let single = single.into_iter().chain([
+    let single = [
+        ("Largest pressure", LARGEST_PRESSURE, stress),
+        ("Largest strain", LARGEST_STRAIN, None),
         ("Largest ratio of von Mises to yield strength", RATIOS[0], None),
         ("Largest ratio of tension to tensile strength", RATIOS[1], None),
-    ]);
-    let single = single.map(|(label, key, unit)| (label.to_owned(), key.to_owned(), unit));
+    ];
+    let single = single.into_iter().map(|(label, key, unit)| (label.to_owned(), key.to_owned(), unit));
     let interfaces = BODIES.into_iter().zip(["", " of the indenter"]).flat_map(|(body, of)| {
         let rows = (1..).map(move |number| {
             TRACTIONS.map(|name| {
@@ -146,7 +147,7 @@ fn run(recording: &Recording, units: &Units) -> Rows {
 }
 
 /// Energies at the end, with what each is.
-fn energy(recording: &Recording, charts: &Charts) -> Rows {
+fn energy(recording: &Recording, charts: &Charts<'_>) -> Rows {
     let Some(id) = find(recording, |topic| topic == ENERGY) else { return Vec::new() };
     let channel = &recording.channels[&id];
     let fields = CHARTS.iter().filter(|(.., topic, _)| *topic == ENERGY).flat_map(|(.., fields)| *fields);

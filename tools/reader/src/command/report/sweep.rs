@@ -29,10 +29,6 @@ const SCRIPT: &str = include_str!("sweep.js");
 ///
 /// * `folder`: the directory of the sweep
 /// * `page`: where the page will be, which links lead from
-///
-/// # Errors
-///
-/// The folder holds no summary, or what it holds cannot be read.
 pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Failure> {
     let table = match tabular::read(&folder.join(SUMMARY), None, limits) {
         Err(Failure::Read { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -73,7 +69,6 @@ pub fn name(folder: &Path) -> String {
     folder.file_name().unwrap_or("sweep".as_ref()).to_string_lossy().into_owned()
 }
 
-/// A cell as it is: a number, a text, or nothing.
 fn text(cell: &Cell) -> Value {
     match (cell, cell.number()) {
         (Cell::Empty, _) => Value::Null,

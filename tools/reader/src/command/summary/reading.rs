@@ -21,14 +21,11 @@ use crate::{
     wire::{Layout, Type, Values},
 };
 
-/// What was measured, and what could not be read.
 #[derive(Debug, Default)]
 pub(in crate::command) struct Reading {
     /// The numbers, in the order of the columns.
     pub(in crate::command) measures: Vec<Measure>,
-    /// Their units.
     pub(in crate::command) units: Units,
-    /// How it was read.
     pub(in crate::command) seen: Seen,
 }
 
@@ -66,7 +63,6 @@ impl Reading {
     }
 }
 
-/// Observes the impact of a recording.
 pub(in crate::command) fn watch<'a>(
     recording: &'a Recording,
     observed: &'a RefCell<Observations>,
@@ -118,7 +114,6 @@ pub(in crate::command) fn measures(
     })
 }
 
-/// Takes two numbers or words of a moment.
 type Take = fn(&mut Observations, f64, [Cell; 2]);
 
 /// What says something of the impact: topics, fields and what takes them.
@@ -161,7 +156,6 @@ impl Source {
         Some((id, channel, Self::of(channel)?))
     }
 
-    /// Takes a message of the channel.
     pub(in crate::command) fn show(
         &self,
         channel: &Channel,

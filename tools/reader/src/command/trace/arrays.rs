@@ -12,7 +12,7 @@ use ndarray_npy::{NpzWriter, WriteNpzError};
 use percuss_picture::Side;
 
 use super::{
-    names::Names,
+    Names,
     request::{Outcome, Request},
 };
 use crate::{
@@ -23,16 +23,16 @@ use crate::{
     field::SelectionError,
     format::npy::Text,
     messages::Recording,
-    pass::{Pass, Seen},
+    pass::Pass,
     prefix::Prefixed,
     recording::Limits,
     select,
     slice::shown_name,
     units::Units,
+    verb::Losses,
     wire::{Layout, Type, Values},
 };
 
-/// A field over time.
 struct ArrayField {
     leaf: usize,
     name: String,
@@ -57,11 +57,7 @@ enum Numbers {
 /// Writes the fields of a topic as arrays: `time`, every field over time and the coordinates of its axes, those coordinates, and `units`, pairs of
 /// the name of an array and its unit. A matrix has the shape (times, rows, columns). `None`, and nothing is written, where that is not what is asked for: of several
 /// topics or files, at positions, or where no field is an array with an axis, a table has a column for each.
-///
-/// # Errors
-///
-/// The file cannot be read, the arrays need more memory than there is, or the output cannot be written.
-pub fn arrays(
+pub(super) fn arrays(
     path: &Path,
     request: &Request,
     limits: Limits,
@@ -81,9 +77,9 @@ pub fn arrays(
     let Some(leaves) = chosen(channel, layout, &request.selection.fields) else { return Ok(None) };
     request.window.check(channel)?;
     let extents = Extents::read(&recording, &[id])?;
-    let field = |&leaf: &usize| ArrayField::of(channel, layout, leaf, &extents.of(id, leaf), &request.units);
+    let field = |&leaf: &usize| ArrayField::of(channel, layout, leaf, &extents.get(id, leaf), &request.units);
     let mut fields = leaves.iter().map(field).collect::<Result<Vec<_>, _>>()?;
-    let (mut times, mut outcome) = (Vec::new(), Outcome::default());
+    let mut times = Vec::new();
     let no_room = || {
         let text = "the arrays are larger than --max-memory allows; choose --from and --to, or --every";
         Failure::Failed(text.into())
@@ -101,10 +97,8 @@ pub fn arrays(
             }
         })
     });
-    let Seen { damages, undecoded, bytes } = pass.run()?;
-    outcome.damages = damages.into_iter().map(|damage| (path.to_owned(), damage)).collect();
-    (outcome.undecoded, outcome.bytes_read) = (undecoded, bytes);
-    outcome.rows = times.len() as u64;
+    let losses = Losses::of(path, pass.run()?);
+    let outcome = Outcome { rows: times.len() as u64, losses, ..Outcome::default() };
     // beside the arrays there is no room for them once more
     let archive = tempfile::tempfile()?;
     let mut archive =
@@ -125,24 +119,18 @@ fn chosen(channel: &Channel, layout: &Layout, names: &[String]) -> Option<Vec<us
     // lists of positions are points, of which each has a name
     let is_array = |leaf: usize| matches!(Axis::of(leaf, layout, channel), Axis::Described(_));
     let is_number = |leaf: usize| layout.leaves[leaf].kind.is_number() && layout.leaves[leaf].is_data();
-    let leaves: Vec<usize> = match names {
+    let is_sound = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
+    let leaves: IndexSet<usize> = match names {
         [] => {
-            let is_shown =
-                |leaf: &usize| Some(*leaf) != time && !hidden.contains(&*layout.leaves[*leaf].path);
-            let is_plain = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
-            (0..layout.leaves.len())
-                .filter(is_shown)
-                .filter(is_plain)
-                .filter(|leaf| is_number(*leaf))
-                .collect()
+            let is_shown = |leaf: &usize| !hidden.contains(&*layout.leaves[*leaf].path) && is_number(*leaf);
+            (0..layout.leaves.len()).filter(is_shown).filter(is_sound).collect()
         }
         names => {
             let leaf = |name: &String| layout.find(name).filter(|leaf| is_number(*leaf));
-            let leaves: IndexSet<usize> = names.iter().map(leaf).collect::<Option<_>>()?;
-            leaves.into_iter().filter(|leaf| Some(*leaf) != time).collect()
+            names.iter().map(leaf).collect::<Option<_>>()?
         }
     };
-    let is_sound = |leaf: &usize| layout.leaves[*leaf].lists == 0 || is_array(*leaf);
+    let leaves: Vec<usize> = leaves.into_iter().filter(|leaf| Some(*leaf) != time).collect();
     (leaves.iter().any(|leaf| is_array(*leaf)) && leaves.iter().all(is_sound)).then_some(leaves)
 }
 
@@ -185,7 +173,6 @@ impl ArrayField {
         self.sides.iter().fold(size, |size, (_, side)| size.saturating_mul(side.length()))
     }
 
-    /// The numbers of a message, at their places.
     fn take(&mut self, channel: &Channel, values: &Values) -> Result<(), Failure> {
         let list = &values.lists[self.leaf];
         let sides = self.axis.sides(values, list.len());
@@ -227,7 +214,6 @@ fn begins(whole: &Side, side: &Side) -> bool {
         && [0, last].iter().all(|&i| (whole.at(i) - side.at(i)).abs() <= room.max(0.0))
 }
 
-/// Writes the archive.
 fn write<W: Write + Seek>(
     file: W,
     channel: &Channel,

@@ -7,7 +7,7 @@ use std::{
 
 use percuss_table::{Cell, Sink};
 
-use super::clock::Clock;
+use super::request::{Align, Clock};
 use crate::{instant::Instant, select::Window};
 
 /// Cells that may wait for others of their row.
@@ -23,22 +23,9 @@ fn weight(cells: &[Cell]) -> usize {
     GROUP + 16 + size_of_val(cells) + cells.iter().map(text).sum::<usize>()
 }
 
-/// How rows come about where several topics or files are traced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Align {
-    /// A row for every time; empty cells where a topic has nothing at just that time
-    #[default]
-    Exact,
-    /// Rows at the times of the first topic, the nearest message of the others
-    Nearest,
-    /// Rows at the times of the first topic, the others interpolated
-    Linear,
-}
-
 /// A time, and the cells of every channel that has some then.
 type Row = (Instant, Vec<Option<Vec<Cell>>>);
 
-/// Takes finished rows.
 pub(super) struct Rows<'a> {
     pub(super) window: Window,
     pub(super) clock: Clock,
@@ -80,7 +67,6 @@ impl Rows<'_> {
     }
 }
 
-/// Puts samples of several channels into common rows.
 pub(super) struct Joiner {
     align: Align,
     widths: Vec<usize>,

@@ -1,16 +1,20 @@
-//! What to trace, how much there was, and why a trace failed.
+//! What to trace, how log times stand in the table, and how much there was.
 
-use std::{collections::BTreeSet, path::PathBuf};
+use std::{
+    collections::BTreeSet,
+    time::{Duration, UNIX_EPOCH},
+};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use percuss_table::{Cell, CellType, Heading};
 
-use super::{clock::TimeForm, join::Align};
 use crate::{
     field::{Selection, SelectionError},
+    instant::Instant,
     measured::Sources,
-    recording::Damage,
     select::{Bound, Pattern, Window, finite_time},
     units::Units,
+    verb::Losses,
 };
 
 /// What to trace.
@@ -72,16 +76,73 @@ pub enum Prefixes {
 pub struct Outcome {
     /// Rows written.
     pub rows: u64,
-    /// What is damaged, by file.
-    pub damages: Vec<(PathBuf, Damage)>,
-    /// Messages that could not be decoded.
-    pub undecoded: u64,
+    /// What could not be read.
+    pub losses: Losses,
     /// Fields of JSON messages that have no column, as neither their schema nor the first messages have them.
     pub hidden: BTreeSet<String>,
-    /// Bytes of the files that were read, summaries left aside.
-    pub bytes_read: u64,
     /// Fields that are left out of whole topics, and why.
     pub left_out: Vec<SelectionError>,
     /// Names of columns without a value in any row.
     pub empty: Vec<String>,
+}
+
+/// How rows come about where several topics or files are traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Align {
+    /// A row for every time; empty cells where a topic has nothing at just that time
+    #[default]
+    Exact,
+    /// Rows at the times of the first topic, the nearest message of the others
+    Nearest,
+    /// Rows at the times of the first topic, the others interpolated
+    Linear,
+}
+
+/// How log times are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TimeForm {
+    /// Seconds: from the start of the recording where log times are dates
+    #[default]
+    Seconds,
+    /// Dates of ISO 8601 in UTC, with nanoseconds
+    Iso,
+    /// Whole nanoseconds since 1970
+    Ns,
+}
+
+/// From the times of rows to those of their cells.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    pub(super) form: TimeForm,
+    /// Log time of time 0 \[ns\].
+    pub(super) origin: u64,
+}
+
+impl Clock {
+    pub(super) fn heading(self, seconds: Heading) -> Heading {
+        let name = "log_time".to_owned();
+        match self.form {
+            TimeForm::Seconds => seconds,
+            TimeForm::Iso => Heading { name, unit: None, kind: CellType::Text },
+            TimeForm::Ns => Heading { name, unit: Some("ns".into()), kind: CellType::UInt },
+        }
+    }
+
+    pub(super) fn cell(self, time: Instant) -> Cell {
+        let nanoseconds = || time.nanoseconds().unwrap_or_else(|| (time.number() * 1e9).round() as i128);
+        let sum = || nanoseconds().saturating_add(self.origin.into()).clamp(0, u64::MAX.into());
+        let log_time = || u64::try_from(sum()).unwrap_or(u64::MAX);
+        match self.form {
+            TimeForm::Seconds => Cell::Double(time.number()),
+            TimeForm::Iso => Cell::Text(iso(log_time())),
+            TimeForm::Ns => Cell::UInt(log_time()),
+        }
+    }
+}
+
+/// A log time as a date of ISO 8601 in UTC.
+///
+/// * `log_time`: since 1970 \[ns\]
+pub(crate) fn iso(log_time: u64) -> String {
+    humantime::format_rfc3339_nanos(UNIX_EPOCH + Duration::from_nanos(log_time)).to_string()
 }

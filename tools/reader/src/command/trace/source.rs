@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeSet, HashMap, HashSet},
     ops::Range,
     path::Path,
-    thread,
+    slice, thread,
 };
 
 use percuss_table::Cell;
@@ -14,7 +14,7 @@ use crate::{
     channel::Channel,
     extent::{Extent, Extents},
     failure::Failure,
-    field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, Used, columns},
+    field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, columns},
     instant::Instant,
     messages::{Messages, POLL, Recording},
     recording::Limits,
@@ -23,7 +23,6 @@ use crate::{
     wire::{List, Values},
 };
 
-/// A file and what of it is traced.
 pub(super) struct Traced {
     pub(super) recording: Recording,
     pub(super) name: String,
@@ -63,17 +62,17 @@ impl Traced {
         let many = ids.len() > 1;
         let (mut slots, mut width, mut weight) = (Vec::new(), 0, 0);
         let mut extents: Option<Result<Extents, Failure>> = None;
-        let mut used = Used::new(&request.selection);
+        let mut unused = request.selection.clone();
         for &id in &ids {
             let channel = &recording.channels[&id];
             let mut extent = |leaf: usize| {
                 let extents = extents.get_or_insert_with(|| Extents::read(&recording, &ids));
-                let extent = extents.as_ref().map_or_else(|_| Extent::default(), |known| known.of(id, leaf));
+                let extent = extents.as_ref().map_or_else(|_| Extent::default(), |known| known.get(id, leaf));
                 // what is still to be written may reach farther
                 if request.follow { Extent { reaches: Vec::new(), ..extent } } else { extent }
             };
             let selection = match many {
-                true => fitting(channel, &request.selection, &mut used),
+                true => fitting(channel, &request.selection, &mut unused),
                 false => Some(request.selection.clone()),
             };
             let Some(selection) = selection else { continue };
@@ -105,7 +104,7 @@ impl Traced {
         }
         if many {
             let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
-            used.check(&request.selection, &channels)?;
+            unused.refuse_rest(&channels)?;
         }
         Ok(Self { recording, name, slots })
     }
@@ -163,9 +162,9 @@ fn unknown_names(topic: &str, values: &Values) -> Vec<String> {
     unknown.iter().filter_map(name).collect()
 }
 
-/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is marked as
-/// used.
-fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<Selection> {
+/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is taken out of
+/// `unused`.
+fn fitting(channel: &Channel, selection: &Selection, unused: &mut Selection) -> Option<Selection> {
     let for_curves = selection.for_curves;
     let fits = |fields: &[String], at: &[Positions]| {
         let selection = Selection { fields: fields.to_vec(), at: at.to_vec(), for_curves };
@@ -176,27 +175,18 @@ fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<
             Err(error) => !matches!(error, SelectionError::NotDecoded(_)),
         }
     };
-    let mut fields = Vec::new();
-    for (field, used) in selection.fields.iter().zip(&mut used.fields) {
-        if fits(std::slice::from_ref(field), &[]) {
-            *used = true;
-            fields.push(field.clone());
-        }
-    }
+    let mut fields = selection.fields.clone();
+    fields.retain(|field| fits(slice::from_ref(field), &[]));
+    unused.fields.retain(|field| !fields.contains(field));
     if !selection.fields.is_empty() && fields.is_empty() {
         return None;
     }
-    let mut at = Vec::new();
-    for (positions, used) in selection.at.iter().zip(&mut used.at) {
-        if fits(&fields, std::slice::from_ref(positions)) {
-            *used = true;
-            at.push(positions.clone());
-        }
-    }
+    let mut at = selection.at.clone();
+    at.retain(|positions| fits(&fields, slice::from_ref(positions)));
+    unused.at.retain(|positions| !at.contains(positions));
     fits(&fields, &at).then_some(Selection { fields, at, for_curves })
 }
 
-/// The samples of a file.
 pub(super) struct Stream<'a> {
     pub(super) file: &'a Traced,
     pub(super) messages: Messages<'a>,
@@ -209,19 +199,13 @@ pub(super) struct Stream<'a> {
     pub(super) done: bool,
 }
 
-pub(super) enum Step {
-    Sample(usize, Instant, Vec<Cell>),
-    Pending,
-    Over,
-}
-
 impl Stream<'_> {
     pub(super) fn slots(&self) -> Range<usize> {
         self.base..self.base + self.file.slots.len()
     }
 
-    /// The next sample of the time asked for.
-    pub(super) fn next(&mut self, request: &Request) -> Result<Step, Failure> {
+    /// The next sample; none for now, or for good if it is done then.
+    pub(super) fn next(&mut self, request: &Request) -> Result<Option<(usize, Instant, Vec<Cell>)>, Failure> {
         loop {
             let (file, hidden, by_log_time) = (self.file, &mut self.hidden, self.by_log_time);
             let next = self.messages.next(|next| {
@@ -253,14 +237,13 @@ impl Stream<'_> {
             match next {
                 Some(Some((slot, time, cells))) => {
                     self.time = time;
-                    return Ok(Step::Sample(self.base + slot, time, cells));
+                    return Ok(Some((self.base + slot, time, cells)));
                 }
                 Some(None) => {}
-                None if self.messages.is_over() => {
-                    self.done = true;
-                    return Ok(Step::Over);
+                None => {
+                    self.done = self.messages.is_over();
+                    return Ok(None);
                 }
-                None => return Ok(Step::Pending),
             }
         }
     }

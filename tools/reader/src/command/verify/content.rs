@@ -9,7 +9,7 @@ use mcap::records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, Stati
 use percuss_table::measures::Observations;
 use serde::de::IgnoredAny;
 
-use super::report::{Problem, Report};
+use super::{Problem, Report};
 use crate::{
     axis::Axis,
     command::summary::Source,
@@ -21,7 +21,6 @@ use crate::{
     wire::DecodeError,
 };
 
-/// What has been seen so far.
 pub(in crate::command) struct Content<'a> {
     index: &'a Index,
     pub(super) report: Report,
@@ -48,7 +47,6 @@ pub(in crate::command) struct Content<'a> {
     is_summary: bool,
 }
 
-/// The messages of a channel.
 #[derive(Default)]
 pub(super) struct Series {
     pub(super) count: u64,
@@ -74,7 +72,6 @@ struct Extras<'a> {
     /// How many the index lists, and where it says that they are, with their names.
     listed: usize,
     places: HashSet<(u64, &'a str)>,
-    /// How many there are.
     count: u32,
 }
 
@@ -96,7 +93,6 @@ impl<'a> Extras<'a> {
     }
 }
 
-/// A chunk and the messages in it.
 struct Chunk {
     offset: u64,
     header: ChunkHeader,
@@ -295,7 +291,6 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// A message that cannot be decoded.
     fn undecoded(&mut self, offset: u64, header: &MessageHeader, flaw: &str) {
         let channel = self.directory.channels().get(&header.channel_id);
         let topic = channel.map_or(String::new(), |channel| short(&channel.topic).to_string());
@@ -375,7 +370,6 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Ends the file.
     pub(super) fn end(&mut self) {
         self.close_chunk();
         let index = self.index;
@@ -447,7 +441,6 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// Entries of a metadata record.
     pub(super) fn entries(&self, name: &str) -> Option<&BTreeMap<String, String>> {
         self.metadata.iter().rev().find(|record| record.name == name).map(|record| &record.entries)
     }

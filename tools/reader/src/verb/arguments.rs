@@ -1,21 +1,66 @@
-//! Formats of tables.
+//! Arguments that are the same for several verbs: fields of topics, formats of tables.
 
 use clap::{
-    ValueEnum,
+    Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use percuss_table::{Sink, csv::Csv, parquet::Parquet};
+use percuss_table::{Sink, csv::Csv, parquet::Parquet, units::LENGTH};
 
 use crate::{
+    field::{Positions, Selection},
     format::{
         aligned::Aligned,
         json::Json,
-        json_lines::JsonLines,
         npy::{Npy, Shape},
         sac::Sac,
     },
+    prefix::typed,
     recording::Limits,
+    select::Pattern,
 };
+
+/// Which fields of which topics.
+#[derive(Clone, Debug, Args)]
+pub struct Chosen {
+    /// Topics, separated by commas; `*` stands for anything [default: /drag of percuss, else the first with
+    /// numbers; plot --at-time: /interface/stress]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
+    pub(crate) topics: Vec<Pattern>,
+    /// Fields, separated by commas: name, a.b.c, list[3].name, map[key], name@r=0.5, name@r=0,z=0.5 [default: all]
+    #[arg(long = "field", value_name = "NAME")]
+    fields: Vec<String>,
+    /// Positions on the axis of arrays, r=0,0.5,0.9, or points of matrices, r=0,z=0.5, interpolated; may be repeated. One
+    /// coordinate of a matrix is a line over the other. With or without a unit, r=0.1mm
+    #[arg(long, value_name = "R=LIST")]
+    at: Vec<Positions>,
+}
+
+/// The names in a list separated by commas; positions go on behind theirs: `a,b@r=0,z=0.5,c` is `a`, `b@r=0,z=0.5`, `c`.
+fn split_fields(text: &str) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for item in text.split(',') {
+        let is_position = (item.contains('=') && !item.contains('@')) || typed(item, LENGTH).is_ok();
+        match names.last_mut().filter(|last| is_position && last.contains('@')) {
+            Some(last) => {
+                last.push(',');
+                last.push_str(item);
+            }
+            None => names.push(item.to_owned()),
+        }
+    }
+    names
+}
+
+impl Chosen {
+    /// Fields and positions.
+    pub(crate) fn selection(&self) -> Selection {
+        Selection {
+            fields: self.fields.iter().flat_map(|text| split_fields(text)).collect(),
+            at: self.at.clone(),
+            for_curves: false,
+        }
+    }
+}
 
 /// Name and version of the program, for files that say what made them.
 const PROGRAM: &str = concat!("percuss-read ", env!("CARGO_PKG_VERSION"));
@@ -30,7 +75,6 @@ pub(crate) enum UnitChoice {
     Base,
 }
 
-/// A format of tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TableFormat {
     /// Aligned columns, numbers of five digits
@@ -80,7 +124,6 @@ impl TableFormat {
         matches!(self, Self::Text | Self::Csv)
     }
 
-    /// What takes the rows.
     pub(crate) fn sink<'a>(
         self,
         output: &'a mut (dyn std::io::Write + Send),
@@ -89,12 +132,24 @@ impl TableFormat {
         match self {
             Self::Text => Box::new(Aligned::new(output)),
             Self::Csv => Box::new(Csv::new(output)),
-            Self::Json => Box::new(Json::new(output)),
-            Self::Jsonl => Box::new(JsonLines::new(output)),
+            Self::Json => Box::new(Json::document(output)),
+            Self::Jsonl => Box::new(Json::lines(output)),
             Self::Parquet => Box::new(Parquet::new(output, PROGRAM, limits.kept())),
             Self::Npy => Box::new(Npy::new(output, Shape::Matrix, limits.memory)),
             Self::Npz => Box::new(Npy::new(output, Shape::Archive, limits.memory)),
             Self::Sac => Box::new(Sac::new(output, limits.kept())),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_stay_with_their_field() {
+        assert_eq!(split_fields("a,b.c[2]"), ["a", "b.c[2]"]);
+        assert_eq!(split_fields("a@r=0,0.5,b@r=1,z=2,c"), ["a@r=0,0.5", "b@r=1,z=2", "c"]);
+        assert_eq!(split_fields("a@r=0,0.5mm,b"), ["a@r=0,0.5mm", "b"]);
     }
 }
