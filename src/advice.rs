@@ -3,12 +3,15 @@
 //! Some findings follow from the case, others only from its run. [`Advised`] adds them to the events of a run, from where programs
 //! and recordings have them; `percuss check` prints those of the case.
 
+use percuss_table::measures::Measure;
+
 use crate::{
     case::{Case, NOTED_CHANGE, Sizes},
     contact::Rule,
     exact::hertz::Hertz,
     grid::Back,
-    session::{Status, Steps},
+    measuring::Measuring,
+    session::{self, RunError, Status, Steps},
     simulation::{Simulation, SimulationError},
     state::SaveState,
     units::{Dimension, Units},
@@ -46,73 +49,47 @@ pub struct Finding {
     pub text: String,
 }
 
+/// Findings of their codes and texts, of those that there are.
+fn findings<const N: usize>(found: [(&'static str, Option<String>); N]) -> Vec<Finding> {
+    found.into_iter().filter_map(|(code, text)| Some(Finding { code, text: text? })).collect()
+}
+
 /// The findings that follow from a case.
 pub fn of_case(case: &Case) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let mut warn = |code, text| findings.push(Finding { code, text });
-    if let Some(scales) = case.scales.filter(|_| case.impact.velocity > FAST) {
-        let speed = case.units().speed;
-        let (velocity, c_p) = (speed.text(case.impact.velocity), scales.of(Dimension::Speed));
-        warn(
-            "velocity",
-            format!(
-                "V0 = {velocity} is more than a tenth of c_p = {c_p:.0} m/s: linear theory needs much less"
-            ),
-        );
-    }
-    if let Some(text) = changed_speeds(case) {
-        warn("layers", text);
-    }
-    if let Some(text) = sharp_edge(case) {
-        warn("edge", text);
-    }
-    if case.scales.is_some() && case.sizes.has_back && case.target.back == Back::Rigid {
-        warn(
-            "base",
-            "the layer lies on a rigid, smooth base, as if glued to it; a real support yields".into(),
-        );
-    }
-    if let Some(rigidity) = Rigidity::of(case).filter(Rigidity::is_notable) {
-        warn("rigid", rigidity.text());
-    }
-    if let Some(text) = light_body(case) {
-        warn("mass", text);
-    }
-    if let Some(([r, z], width, allowed)) = case.coarse_point() {
-        let [r, z, width, allowed] = [r, z, width, allowed].map(|x| case.units().length.text(x));
-        warn(
-            "far",
-            format!(
-                "at the recorded point r = {r}, z = {z} cells are {width} wide, too wide for the pulse of the contact, which gets there broader and lower \
-                 than it is; set mesh.largest_cell = {allowed} or less"
-            ),
-        );
-    }
-    if let Some((code, text)) = near_edge(case) {
-        warn(code, text);
-    }
-    match Trust::of(case) {
-        Some(trust) if trust.is_notable() => warn("theory", trust.text(case)),
-        Some(_) if case.scales.is_some() => {
-            let text = "the simplified theory neglects displacements along the surface; model = \"elastic\" computes \
-                        the full theory";
-            warn("theory", text.into());
-        }
-        _ => {}
-    }
-    findings
+    let near = near_edge(case).map_or(("radius", None), |(code, text)| (code, Some(text)));
+    let is_physical = case.scales.is_some();
+    let has_base = is_physical && case.sizes.has_back && case.target.back == Back::Rigid;
+    let base = "the layer lies on a rigid, smooth base, as if glued to it; a real support yields";
+    let simple = "the simplified theory neglects displacements along the surface; model = \"elastic\" computes the \
+                  full theory";
+    findings([
+        ("velocity", large_velocity(case)),
+        ("layers", changed_speeds(case)),
+        ("edge", sharp_edge(case)),
+        ("base", has_base.then(|| base.into())),
+        ("rigid", Rigidity::of(case).filter(Rigidity::is_notable).map(|rigidity| rigidity.text())),
+        ("mass", light_body(case)),
+        ("far", wide_cells(case)),
+        near,
+        (
+            "theory",
+            Trust::of(case).and_then(|trust| match trust.is_notable() {
+                true => Some(trust.text(case)),
+                false => is_physical.then(|| simple.into()),
+            }),
+        ),
+    ])
 }
 
 /// The findings that follow from the results of a run.
 fn of_run(case: &Case, validity: &Validity) -> Vec<Finding> {
-    let findings = [
+    findings([
         ("mass", slowed_body(case, validity)),
         ("strain", large_strain(case, validity)),
         ("cells", narrow_contact(case, validity)),
         ("near", wide_contact(case, validity)),
         ("loss", lost_energy(case, validity)),
-    ];
-    findings.into_iter().filter_map(|(code, text)| Some(Finding { code, text: text? })).collect()
+    ])
 }
 
 /// Codes of findings, each once.
@@ -124,6 +101,23 @@ pub fn codes<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Vec<&'stati
         }
     }
     codes
+}
+
+/// An impact velocity that is no small one.
+fn large_velocity(case: &Case) -> Option<String> {
+    let scales = case.scales.filter(|_| case.impact.velocity > FAST)?;
+    let (velocity, c_p) = (case.units().speed.text(case.impact.velocity), scales.of(Dimension::Speed));
+    Some(format!("V0 = {velocity} is more than a tenth of c_p = {c_p:.0} m/s: linear theory needs much less"))
+}
+
+/// A point or sensor where cells are too wide.
+fn wide_cells(case: &Case) -> Option<String> {
+    let ([r, z], width, allowed) = case.coarse_point()?;
+    let [r, z, width, allowed] = [r, z, width, allowed].map(|x| case.units().length.text(x));
+    Some(format!(
+        "at the recorded point r = {r}, z = {z} cells are {width} wide, too wide for the pulse of the contact, which gets there broader and lower \
+         than it is; set mesh.largest_cell = {allowed} or less"
+    ))
 }
 
 /// An outer edge of the mesh from which waves come back before the end to the contact, or to a point or sensor that is recorded, which is another finding:
@@ -329,6 +323,27 @@ impl<'a> Advised<'a> {
     }
 }
 
+/// Computes a case; what is measured of its run, and all findings.
+///
+/// * `observe`: called with every step
+///
+/// # Errors
+///
+/// A simulation that fails.
+pub fn measured(
+    case: &Case,
+    mut observe: impl FnMut(&View<'_>),
+) -> Result<(Vec<Measure>, Vec<Finding>), RunError> {
+    let mut measuring = Measuring::new(case.units(), true);
+    let mut look = |view: &View<'_>| {
+        measuring.take(view);
+        observe(view);
+    };
+    let mut steps = Advised::new(case, Simulation::new(case));
+    let outcome = session::run(&mut steps, &mut [&mut look])?;
+    Ok((measuring.measures(&outcome.validity), steps.findings))
+}
+
 impl Steps for Advised<'_> {
     fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
         let Some(mut view) = self.simulation.step()? else { return Ok(None) };
@@ -368,14 +383,14 @@ impl Steps for Advised<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{session, simulation::Simulation};
 
     const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"20 mm\"\nmaterial = \"pmma\"\n\
         [indenter]\nshape = \"sphere\"\nnose_radius = \"10 mm\"\nmaterial = \"steel\"\n\
         [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 50\n[run]\nend_time = \"30 us\"\n[record]\nframes = 0\n";
 
-    fn codes(findings: &[Finding]) -> Vec<&'static str> {
-        findings.iter().map(|finding| finding.code).collect()
+    /// Codes of the findings about a case.
+    fn codes_of(case: &str, settings: &[&str]) -> Vec<&'static str> {
+        codes(&of_case(&Case::sound(case, settings)))
     }
 
     fn of_run(case: &Case) -> Vec<Finding> {
@@ -386,8 +401,7 @@ mod tests {
 
     #[test]
     fn a_ball_is_warned() {
-        let ball = Case::sound(BALL, &[]);
-        assert_eq!(codes(&of_case(&ball)), ["base"]);
+        assert_eq!(codes_of(BALL, &[]), ["base"]);
         let hard = of_case(&Case::sound(BALL, &["target.material=alumina"]));
         assert_eq!(codes(&hard), ["base", "rigid"]);
         assert!(hard[1].text.contains("about 48 % too high"), "{hard:?}");
@@ -404,15 +418,14 @@ mod tests {
         let equal =
             ["target.material=steel", "target.radius=100 mm", "mesh.cells=3", "impact.velocity=1000 m/s"];
         let point = "record.points=[[\"80 mm\", \"5 mm\"]]";
-        let equal = of_case(&Case::sound(BALL, &[&equal[..], &[point]].concat()));
-        assert!(!codes(&equal).contains(&"far"), "{equal:?}");
-        let found = of_run(&ball);
+        assert!(!codes_of(BALL, &[&equal[..], &[point]].concat()).contains(&"far"));
+        let found = of_run(&Case::sound(BALL, &[]));
         assert_eq!(codes(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");
         let slow = Case::sound(BALL, &["impact.velocity=5 mm/s", "mesh.cells=20"]);
         assert_eq!(codes(&of_run(&slow)), ["cells"]);
         let simple = ["model=rakhmatulin", "impact.velocity=300 m/s", "target.thickness=half-space"];
-        assert_eq!(codes(&of_case(&Case::sound(BALL, &simple))), ["velocity", "theory"]);
+        assert_eq!(codes_of(BALL, &simple), ["velocity", "theory"]);
     }
 
     #[test]
@@ -464,30 +477,32 @@ mod tests {
 
     #[test]
     fn only_an_edge_that_is_reached_and_not_rounded_is_sharp() {
-        let of = |name: &str, settings: &[&str]| codes(&of_case(&Case::sound(name, settings)));
-        assert_eq!(of("elastic-fig5", &[]), ["edge"]);
-        assert_eq!(of("elastic-fig5", &["indenter.edge_radius=0.1"]), [""; 0]);
-        assert_eq!(of("elastic-fig5", &["indenter.edge_radius=0.001"]), ["edge"]);
-        assert_eq!(of("elastic-fig3", &[]), ["edge"]);
-        assert_eq!(of("elastic-fig2", &[]), [""; 0]);
-        assert_eq!(of("fig5", &[]), ["edge", "theory"]);
+        for (name, settings, expected) in [
+            ("elastic-fig5", &[][..], &["edge"][..]),
+            ("elastic-fig5", &["indenter.edge_radius=0.1"], &[]),
+            ("elastic-fig5", &["indenter.edge_radius=0.001"], &["edge"]),
+            ("elastic-fig3", &[], &["edge"]),
+            ("elastic-fig2", &[], &[]),
+            ("fig5", &[], &["edge", "theory"]),
+        ] {
+            assert_eq!(codes_of(name, settings), expected, "{name} {settings:?}");
+        }
     }
 
     #[test]
     fn layers_are_warned_of_changed_speeds_until_the_mesh_fits() {
-        let of = |settings: &[&str]| of_case(&Case::sound("laminate-armour", settings));
-        assert_eq!(codes(&of(&[])), ["rigid"]);
-        let coarse = of(&["mesh.cells=8"]);
-        assert_eq!(codes(&coarse), ["layers", "rigid"]);
-        let text = &coarse[0].text;
-        assert!(
-            text.contains("of alumina by -0.553 %, of aluminium by 0.559 %")
-                && text.contains("mesh.cells = 11 changes"),
-            "{text}"
-        );
-        assert_eq!(codes(&of(&["mesh.cells=11"])), ["rigid"]);
-        assert_eq!(codes(&of(&["mesh.cells=11", "target.back=rigid"])), ["base", "rigid"]);
-        assert_eq!(codes(&of(&["model=rakhmatulin", "mesh.cells=20"])), ["rigid", "theory"]);
+        for (settings, expected) in [
+            (&[][..], &["rigid"][..]),
+            (&["mesh.cells=8"], &["layers", "rigid"]),
+            (&["mesh.cells=11"], &["rigid"]),
+            (&["mesh.cells=11", "target.back=rigid"], &["base", "rigid"]),
+            (&["model=rakhmatulin", "mesh.cells=20"], &["rigid", "theory"]),
+        ] {
+            assert_eq!(codes_of("laminate-armour", settings), expected, "{settings:?}");
+        }
+        let text = &of_case(&Case::sound("laminate-armour", &["mesh.cells=8"]))[0].text;
+        let changes = "of alumina by -0.553 %, of aluminium by 0.559 %";
+        assert!(text.contains(changes) && text.contains("mesh.cells = 11 changes"), "{text}");
     }
 
     #[test]

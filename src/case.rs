@@ -6,9 +6,9 @@
 //!
 //! * `builder`: cases from keys and values, files and `--set` included; `builtin`: the cases of the paper, and others
 //! * `document`, `errors`: TOML text with spans; problems and their places
-//! * [`keys`]: the table of all keys: kind, range, default, which cases have it, meaning; `bounds`, `quantity`: of its numbers
-//! * `values`, `system`, `scales`: the loop that reads them, dimensionless or physical
-//! * `read`, `target`, `indenter`, `striker`, `load`, `profile`, `gauges`, `sensors`: rules between keys, as functions on the values, and the case made of them
+//! * [`keys`]: the table of all keys: kind, range, default, which cases have it, meaning; `numbers`: their bounds and units
+//! * `values`, `scales`: the loop that reads them, dimensionless or physical
+//! * `read`, `target`, `indenter`, `load`, `profile`, `gauges`: rules between keys, as functions on the values, and the case made of them
 //! * `parameters`: the data of a case; `sizes`, `rows`, `frames`, `density`: what is derived
 //! * `resolved`: the values back to TOML, with nothing left implicit
 //!
@@ -19,7 +19,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-mod bounds;
 mod builder;
 pub mod builtin;
 mod density;
@@ -31,17 +30,14 @@ mod grading;
 mod indenter;
 pub mod keys;
 mod load;
+mod numbers;
 mod parameters;
 mod profile;
-mod quantity;
 mod read;
 mod resolved;
 mod rows;
 mod scales;
-mod sensors;
 mod sizes;
-mod striker;
-mod system;
 mod target;
 mod values;
 
@@ -49,14 +45,14 @@ pub use crate::shape::Head;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
+pub use gauges::{Face, Quantity, Sensor};
 pub use grading::GradingFacts;
+pub use numbers::{quantity_si, split as split_number};
 pub use parameters::{
     Body, BodySizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Striker,
     Target, TargetLayer, ViewChannel,
 };
-pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;
-pub use sensors::{Face, Quantity, Sensor};
 
 /// A checked, complete case.
 ///
@@ -152,7 +148,6 @@ impl Case {
 
 #[cfg(test)]
 impl Case {
-    /// An unchecked case.
     pub(crate) fn unchecked(mut self, change: impl FnOnce(&mut Parameters)) -> Self {
         change(&mut self.parameters);
         self

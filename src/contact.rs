@@ -130,7 +130,7 @@ impl Contact {
     /// * `shape`: a flat face of its radius
     pub fn loaded(load: &Load, shape: Shape, grid: &Grid) -> Self {
         let load = Loaded::new(load, grid);
-        let mut contact = Self::new(Rule::Load, shape, grid.geometry, grid, 0.0, 1.0);
+        let mut contact = Self::new(Rule::Load, shape, grid, 0.0, 1.0);
         contact.profile = vec![0.0; load.nodes()];
         contact.load = Some(load);
         contact
@@ -140,14 +140,7 @@ impl Contact {
     ///
     /// * `velocity`: V0 \[c_p\]
     /// * `wave_speed`: of waves along the surface, c_s \[c_p\]
-    pub fn new(
-        rule: Rule,
-        shape: Shape,
-        geometry: Geometry,
-        grid: &Grid,
-        velocity: f64,
-        wave_speed: f64,
-    ) -> Self {
+    pub fn new(rule: Rule, shape: Shape, grid: &Grid, velocity: f64, wave_speed: f64) -> Self {
         let nr = grid.nr();
         let step = velocity * grid.dt();
         let half_width = if rule == Rule::Bilateral { 0.0 } else { HALF_WIDTH * step };
@@ -161,7 +154,7 @@ impl Contact {
         let profile: Vec<f64> = partial.iter().map(|node| node.mean).take_while(|f| f.is_finite()).collect();
         Self {
             rule,
-            geometry,
+            geometry: grid.geometry,
             area: grid.area.clone(),
             r: (0..nr).map(|i| grid.r(i)).collect(),
             widths: (0..=nr).map(|i| grid.width(i)).collect(),
@@ -510,14 +503,16 @@ mod tests {
         let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Matched, spacing, 10, 10);
         let mut surface = Surface::new(10);
         surface.compliance.fill(2.0 * DT);
-        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 1.0, 0.5);
+        let contact = Contact::new(rule, Shape::new(head, radius), &grid, 1.0, 0.5);
         (contact, surface, Indenter::new(mass, 1.0, DT))
     }
+
+    const FLAT: Head = Head::Flat { edge_radius: 0.0 };
 
     #[test]
     fn first_step_has_half_the_jump_of_pressure() {
         let (mut contact, mut surface, mut indenter) =
-            parts(Rule::Unilateral, Head::Flat { edge_radius: 0.0 }, Some(0.575), f64::INFINITY);
+            parts(Rule::Unilateral, FLAT, Some(0.575), f64::INFINITY);
         let state = contact.step(&mut surface, &mut indenter, 0.0);
         assert_eq!(state.nodes, 6);
         assert_eq!(state.contact_radius, 0.575);
@@ -530,8 +525,7 @@ mod tests {
     fn finite_mass_is_decelerated_in_the_same_step() {
         for rule in [Rule::Unilateral, Rule::Bilateral] {
             let mass = 0.01;
-            let (mut contact, mut surface, mut indenter) =
-                parts(rule, Head::Flat { edge_radius: 0.0 }, Some(0.575), mass);
+            let (mut contact, mut surface, mut indenter) = parts(rule, FLAT, Some(0.575), mass);
             let state = contact.step(&mut surface, &mut indenter, 0.0);
             // w¹ = V0·Δt − (Δt²/M)·F⁰ and p⁰ = w¹/(2Δt) hold together
             let depth = DT - DT * DT / mass * state.drag;
@@ -562,7 +556,7 @@ mod tests {
         let rows = [(vec![DT; 4], Bond::Welded)];
         let grid = Grid::graded(Geometry::Axisymmetric, widths.clone(), DT, &rows, Back::Rigid, false, None);
         let cone = Shape::new(Head::Cone { slope: 0.5 }, None);
-        let contact = Contact::new(Rule::Unilateral, cone, Geometry::Axisymmetric, &grid, 1.0, 0.5);
+        let contact = Contact::new(Rule::Unilateral, cone, &grid, 1.0, 0.5);
         let (mut contact, mut indenter) = (contact.graded(&grid, 1.0), Indenter::new(f64::INFINITY, 1.0, DT));
         let mut surface = Surface::new(grid.nr());
         surface.compliance.fill(2.0 * DT);
@@ -596,7 +590,7 @@ mod tests {
     #[test]
     fn nan_reaches_the_drag() {
         let (mut contact, mut surface, mut indenter) =
-            parts(Rule::Unilateral, Head::Flat { edge_radius: 0.0 }, Some(0.575), f64::INFINITY);
+            parts(Rule::Unilateral, FLAT, Some(0.575), f64::INFINITY);
         surface.free[3] = f64::NAN;
         assert!(contact.step(&mut surface, &mut indenter, 0.0).drag.is_nan());
     }

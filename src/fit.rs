@@ -16,11 +16,9 @@ use percuss_table::measures::Measure;
 use serde::Serialize;
 
 use crate::{
-    advice::{Advised, Finding},
+    advice::{Finding, measured},
     case::{Case, CaseErrors},
-    measuring::Measuring,
-    session::{self, Observer, RunError},
-    simulation::Simulation,
+    session::RunError,
     sweep::spec::Range,
     view::View,
 };
@@ -118,33 +116,29 @@ const MISSING: f64 = 1e3;
 /// Residuals of a run, if it gives all that is compared.
 type Residuals = Option<Vec<f64>>;
 
-/// The runs so far.
-struct Runs<'a, W> {
+struct Runs<'a> {
     base: &'a Case,
     ranges: &'a [(String, Range)],
     goals: &'a [Goal],
-    watch: W,
+    watch: &'a mut dyn FnMut(usize, &Trial, &[Measure]),
     count: usize,
     best: Option<(f64, Vec<f64>, Vec<Finding>)>,
     failure: Option<FitError>,
 }
 
-impl<W: FnMut(usize, &Trial, &[Measure])> Runs<'_, W> {
+impl Runs<'_> {
     /// Runs the case at a place in the ranges.
     ///
     /// * `x`: shares of the ranges
     fn run(&mut self, x: &[f64]) -> Result<Residuals, FitError> {
-        let shares = x.iter().map(|share| share.clamp(0.0, 1.0));
-        let values: Vec<String> =
-            self.ranges.iter().zip(shares).map(|((_, range), share)| range.text_at(share)).collect();
-        let settings: Vec<String> =
-            self.ranges.iter().zip(&values).map(|((key, _), value)| format!("{key}={value}")).collect();
+        let at = |((_, range), share): (&(String, Range), &f64)| range.text_at(share.clamp(0.0, 1.0));
+        let values: Vec<String> = self.ranges.iter().zip(x).map(at).collect();
+        let setting = |((key, _), value): (&(String, Range), &String)| format!("{key}={value}");
+        let settings: Vec<String> = self.ranges.iter().zip(&values).map(setting).collect();
         let case = self.base.vary().overrides(&settings).build()?;
         let units = case.units();
-        let mut measuring = Measuring::new(units, true);
         let mut series: Vec<Vec<[f64; 2]>> = vec![Vec::new(); self.goals.len()];
-        let mut measure = |view: &View<'_>| {
-            measuring.take(view);
+        let observe = |view: &View<'_>| {
             for (goal, seen) in self.goals.iter().zip(&mut series) {
                 let Goal::Curve { series, .. } = goal else { continue };
                 let value = match series {
@@ -154,13 +148,11 @@ impl<W: FnMut(usize, &Trial, &[Measure])> Runs<'_, W> {
                 seen.push([units.time.of(view.time), value]);
             }
         };
-        let mut steps = Advised::new(&case, Simulation::new(&case));
-        let outcome = session::run(&mut steps, &mut [&mut measure as &mut dyn Observer])?;
-        let measures = measuring.measures(&outcome.validity);
+        let (measures, findings) = measured(&case, observe)?;
         let residuals = residuals(self.goals, &measures, &series);
         let misfit = residuals.as_deref().map_or(f64::INFINITY, norm);
         if self.best.as_ref().is_none_or(|(best, ..)| misfit < *best) {
-            self.best = Some((misfit, x.to_vec(), steps.findings().to_vec()));
+            self.best = Some((misfit, x.to_vec(), findings));
         }
         self.count += 1;
         (self.watch)(self.count, &Trial { values, misfit }, &measures);
@@ -182,22 +174,19 @@ pub fn fit(
     ranges: &[(String, Range)],
     goals: &[Goal],
     most: usize,
-    watch: impl FnMut(usize, &Trial, &[Measure]),
+    watch: &mut dyn FnMut(usize, &Trial, &[Measure]),
 ) -> Result<Fit, FitError> {
-    let runs = Runs { base, ranges, goals, watch, count: 0, best: None, failure: None };
-    let runs = RefCell::new(runs);
+    let runs = RefCell::new(Runs { base, ranges, goals, watch, count: 0, best: None, failure: None });
     let misfit = |x: &[f64], _: &mut ()| -> f64 {
         let mut runs = runs.borrow_mut();
         if runs.failure.is_some() {
             return MISSING;
         }
-        match runs.run(x) {
-            Ok(residuals) => residuals.as_deref().map_or(MISSING, norm),
-            Err(error) => {
-                runs.failure = Some(error);
-                MISSING
-            }
-        }
+        let residuals = runs.run(x).unwrap_or_else(|error| {
+            runs.failure = Some(error);
+            None
+        });
+        residuals.as_deref().map_or(MISSING, norm)
     };
     let count = ranges.len();
     let constraints: [fn(&[f64], &mut ()) -> f64; 0] = [];
@@ -233,11 +222,7 @@ pub fn fit(
 }
 
 /// Errors of the shares at the minimum, by the curvature there; none where nothing says how large residuals are.
-fn errors<W: FnMut(usize, &Trial, &[Measure])>(
-    runs: &mut Runs<'_, W>,
-    x: &[f64],
-    misfit: f64,
-) -> Result<Vec<Option<f64>>, FitError> {
+fn errors(runs: &mut Runs<'_>, x: &[f64], misfit: f64) -> Result<Vec<Option<f64>>, FitError> {
     let have_errors = runs.goals.iter().all(|goal| matches!(goal, Goal::Measure { error: Some(_), .. }));
     let count = |goal: &Goal| match goal {
         Goal::Measure { .. } => 1,
@@ -271,11 +256,8 @@ fn errors<W: FnMut(usize, &Trial, &[Measure])>(
 fn inverse_diagonal(matrix: Vec<Vec<f64>>) -> Vec<Option<f64>> {
     let size = matrix.len();
     let unit = |row: usize| (0..size).map(move |column| f64::from(u8::from(row == column)));
-    let mut rows: Vec<Vec<f64>> = matrix
-        .into_iter()
-        .enumerate()
-        .map(|(row, values)| values.into_iter().chain(unit(row)).collect())
-        .collect();
+    let extended = |(row, values): (usize, Vec<f64>)| values.into_iter().chain(unit(row)).collect();
+    let mut rows: Vec<Vec<f64>> = matrix.into_iter().enumerate().map(extended).collect();
     for pivot in 0..size {
         let scale = rows[pivot][pivot];
         if scale <= 0.0 {
@@ -342,15 +324,10 @@ mod tests {
         let case = |mass: f64| {
             Case::sound("fig8-m5", &["mesh.cells=16", "record.frames=0", &format!("indenter.mass={mass}")])
         };
-        let (measured, base) = (case(3.0), case(5.0));
+        let base = case(5.0);
         let mut seen = Vec::new();
-        let mut measuring = Measuring::new(measured.units(), true);
-        let mut look = |view: &View<'_>| {
-            measuring.take(view);
-            seen.push([view.time, view.drag]);
-        };
-        let outcome = session::run(&mut Simulation::new(&measured), &mut [&mut look]).expect("a run");
-        let measures = measuring.measures(&outcome.validity);
+        let look = |view: &View<'_>| seen.push([view.time, view.drag]);
+        let (measures, _) = measured(&case(3.0), look).expect("a run");
         let value = measures.iter().find(|measure| measure.name == "impulse").and_then(|found| found.value);
         let ranges =
             [("indenter.mass".to_owned(), Range::parse("1:9").expect("a range").expect("a sound one"))];
@@ -358,7 +335,7 @@ mod tests {
             Goal::Measure { name: "impulse".into(), value: value.expect("an impulse"), error: Some(0.01) };
         let curve = Goal::Curve { series: Series::Force, points: seen.into_iter().step_by(7).collect() };
         for (goal, has_error) in [(impulse, true), (curve, true)] {
-            let fit = fit(&base, &ranges, &[goal], 60, |_, _, _| {}).expect("a fit");
+            let fit = fit(&base, &ranges, &[goal], 60, &mut |_, _, _| {}).expect("a fit");
             let found = &fit.found[0];
             assert!((found.value - 3.0).abs() < 0.01, "{fit:?}");
             assert!(found.error.is_some() == has_error && !found.at_end && fit.runs < 60, "{fit:?}");

@@ -107,17 +107,10 @@ impl Spacing {
     /// * `thickness`: layer thickness h \[R\], `None` for a half-space
     pub fn paper(cells: usize, thickness: Option<f64>) -> Option<Self> {
         let step = 1.0 / cells as f64;
-        let layer_rows = match thickness {
-            None => None,
-            Some(h) => {
-                let rows = (h * cells as f64).round();
-                if rows < 1.0 || (h * cells as f64 - rows).abs() > ROUNDING * rows {
-                    return None;
-                }
-                Some(rows as usize)
-            }
-        };
-        Some(Self { dr: step, dz: step, layer_rows })
+        let rows = thickness.map(|h| (h * cells as f64, (h * cells as f64).round()));
+        let is_whole = |(rows, whole): (f64, f64)| whole >= 1.0 && (rows - whole).abs() <= ROUNDING * whole;
+        let layer_rows = rows.map(|(_, whole)| whole as usize);
+        rows.is_none_or(is_whole).then_some(Self { dr: step, dz: step, layer_rows })
     }
 }
 
@@ -223,14 +216,7 @@ impl Grid {
             dr,
             dz: spacing.dz,
             nz,
-            layers: vec![Layer {
-                first: 0,
-                steps: nz,
-                top: 0.0,
-                dz: spacing.dz,
-                overhang: 0.0,
-                bond: Bond::Welded,
-            }],
+            layers: Vec::new(),
             back: Back::Rigid,
             dt: spacing.dz,
             area: Vec::new(),
@@ -251,7 +237,7 @@ impl Grid {
             grid.area.push(area);
             grid.face.push(if i + 1 == nr { 0.0 } else { face });
         }
-        grid
+        grid.with_layers(spacing.dz, &[(nz, spacing.dz, Bond::Welded)], Back::Rigid)
     }
 
     /// The same matched mesh for cells between nodes, half of each at either of its columns: node 0 of an axisymmetric mesh has
@@ -335,43 +321,21 @@ pub struct Edge {
     pub slope: f64,
 }
 
-/// β = c_s/c_p and offset. Measured on the plane punch with 60 cells, whose drag is known; the kink is where the stiffness k of the
+/// β = c_s/c_p, and offsets there. Measured on the plane punch with 60 cells, whose drag is known; the kink is where the stiffness k of the
 /// cells reaches its limit. Lateral damping adds less than 0.001 for β ≥ 0.3, 0.009 at 0.2.
-const ELASTIC: [[f64; 2]; 20] = [
-    [0.10, 0.2403],
-    [0.15, 0.2453],
-    [0.20, 0.2466],
-    [0.25, 0.2502],
-    [0.30, 0.2538],
-    [0.35, 0.2586],
-    [0.40, 0.2659],
-    [0.45, 0.2749],
-    [0.50, 0.2861],
-    [0.505, 0.2873],
-    [0.52, 0.2858],
-    [0.55, 0.2810],
-    [0.577, 0.2784],
-    [0.60, 0.2776],
-    [0.65, 0.2804],
-    [0.70, 0.2905],
-    [0.75, 0.3088],
-    [0.80, 0.3389],
-    [0.83, 0.3662],
-    [0.86, 0.4048],
+const OFFSET_RATIOS: [f64; 20] = [
+    0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.50, 0.505, 0.52, 0.55, 0.577, 0.60, 0.65, 0.70, 0.75,
+    0.80, 0.83, 0.86,
+];
+const OFFSETS: [f64; 20] = [
+    0.2403, 0.2453, 0.2466, 0.2502, 0.2538, 0.2586, 0.2659, 0.2749, 0.2861, 0.2873, 0.2858, 0.2810, 0.2784,
+    0.2776, 0.2804, 0.2905, 0.3088, 0.3389, 0.3662, 0.4048,
 ];
 
-/// β and slope where other layers have faster waves, so that rows of the struck one are closer than columns. Measured likewise, against
-/// the drag with Δz = Δr: means of Δz = Δr/2 and Δr/4, which are within 0.003 of them. A single layer has λ near 1 and does without.
-const ELASTIC_SLOPES: [[f64; 2]; 8] = [
-    [0.1, 0.0469],
-    [0.2, 0.0479],
-    [0.3, 0.0502],
-    [0.4, 0.0543],
-    [0.5, 0.0615],
-    [0.6, 0.0642],
-    [0.7, 0.0734],
-    [0.8, 0.0954],
-];
+/// β, and slopes there where other layers have faster waves, so that rows of the struck one are closer than columns. Measured likewise,
+/// against the drag with Δz = Δr: means of Δz = Δr/2 and Δr/4, which are within 0.003 of them. A single layer has λ near 1 and does without.
+const SLOPE_RATIOS: [f64; 8] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
+const SLOPES: [f64; 8] = [0.0469, 0.0479, 0.0502, 0.0543, 0.0615, 0.0642, 0.0734, 0.0954];
 
 impl Edge {
     /// The scheme of second order: a quarter cell.
@@ -383,16 +347,14 @@ impl Edge {
     ///
     /// * `c_s`: shear wave speed \[c_p\]
     pub fn elastic(c_s: f64) -> Self {
-        let offset = table(&ELASTIC.map(|row| row[0]), c_s, |i| ELASTIC[i][1]);
-        Self { offset, slope: 0.0 }
+        Self { offset: table(&OFFSET_RATIOS, c_s, |i| OFFSETS[i]), slope: 0.0 }
     }
 
     /// The same on the struck one of several layers.
     ///
     /// * `c_s`: shear wave speed \[c_p\]
     pub fn elastic_on_layers(c_s: f64) -> Self {
-        let slope = table(&ELASTIC_SLOPES.map(|row| row[0]), c_s, |i| ELASTIC_SLOPES[i][1]);
-        Self { slope, ..Self::elastic(c_s) }
+        Self { slope: table(&SLOPE_RATIOS, c_s, |i| SLOPES[i]), ..Self::elastic(c_s) }
     }
 }
 

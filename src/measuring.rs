@@ -103,7 +103,7 @@ impl Measuring {
         self.seen.measures(&Said {
             largest_strain: placed(Some(validity.strain)),
             ratios: [validity.yield_ratio, validity.tensile_ratio].map(placed),
-            impact_velocity: Some(speed.of(validity.impact_velocity())).filter(|velocity| *velocity > 0.0),
+            impact_velocity: Some(speed.of(validity.velocity)).filter(|velocity| *velocity > 0.0),
             mesh_loss: validity.mesh_loss,
             interfaces: validity.interfaces.each_ref().map(|interfaces| {
                 let of = |peaks: &InterfacePeaks| {

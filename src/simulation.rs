@@ -173,8 +173,9 @@ impl Simulation {
         let rule = case.impact.contact;
         let contact = match &case.load {
             Some(load) => Contact::loaded(load, case.shape(), &grid),
-            None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed)
-                .graded(&grid, case.modulus()),
+            None => {
+                Contact::new(rule, case.shape(), &grid, velocity, wave_speed).graded(&grid, case.modulus())
+            }
         };
         let nodes = striker.as_ref().map_or(usize::MAX, |striker| striker.grid().nr());
         let contact = contact.limited_to(nodes, case.within_rims(f64::INFINITY));
@@ -269,8 +270,8 @@ impl Simulation {
         self.observe_strain(step, time);
         let grid = &self.grid;
         let mut events = self.watch.observe(&state, time, |i| grid.r(i));
-        self.validity.observe_drag(state.drag, step, time, state.contact_radius);
-        let v0 = self.validity.impact_velocity();
+        self.validity.drag.observe(state.drag, step, time, (state.contact_radius, 0.0));
+        let v0 = self.validity.velocity;
         self.rebound = (state.nodes == 0 && state.velocity * v0 < 0.0).then(|| (state.velocity / v0).powi(2));
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
@@ -279,7 +280,7 @@ impl Simulation {
             let node = self.grid.place(r).round().max(0.0) as usize;
             if node < self.grid.nr() {
                 let strain = self.model.strain_at(view.interface.stress_at(r), node);
-                self.validity.observe_probe(strain, step, time, r);
+                self.validity.probes.observe(strain, step, time, (r, 0.0));
             }
         }
         let frame = self.frames.contain(step) || view.is_last && self.frames.count() > 0;
@@ -425,7 +426,8 @@ impl Simulation {
             Some(above) if above.strain > peak.strain => above,
             _ => peak,
         };
-        validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), (peak.r, peak.z));
+        let time = peak.step as f64 * self.grid.dt();
+        validity.strain.observe(peak.strain, peak.step, time, (peak.r, peak.z));
         validity.rebound = self.rebound;
         let EnergyBalance { initial, dissipated, .. } = self.balance;
         validity.mesh_loss = (initial > 0.0).then(|| dissipated / initial);
@@ -492,9 +494,9 @@ impl Simulation {
         let above = self.striker.as_ref().map_or((0.0, 0), Striker::nose_strain);
         let (strain, column) = if above.0 > below.0 { above } else { below };
         let r = self.columns(above.0 > below.0).r(column);
-        self.validity.observe_strain(strain, step, time, (r, 0.0));
+        self.validity.strain.observe(strain, step, time, (r, 0.0));
         for (i, p) in pressure.iter().enumerate() {
-            self.validity.observe_pressure(p.abs(), step, time, self.grid.r(i));
+            self.validity.pressure.observe(p.abs(), step, time, (self.grid.r(i), 0.0));
         }
     }
 

@@ -27,16 +27,15 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    advice::{Advised, Finding},
+    advice::{Finding, measured},
     case::{Case, CaseErrors, Grading, Sizes},
     contact::{
         Rule,
         event::{Event, EventKind},
     },
     exact::closed_form::ClosedForm,
-    measuring::{self, Measuring},
-    session::{self, RunError},
-    simulation::Simulation,
+    measuring,
+    session::RunError,
     units::{Dimension, Unit, Units},
     view::View,
 };
@@ -84,7 +83,7 @@ pub struct Level {
 }
 
 /// A quantity on all meshes, its order and its limit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Quantity {
     /// Name.
     pub name: String,
@@ -118,6 +117,7 @@ pub struct Study {
 }
 
 /// Results on one mesh: steps with drag, velocity and stresses, and first times of events.
+#[derive(Default)]
 struct Trace {
     times: Vec<f64>,
     columns: Vec<Vec<f64>>,
@@ -176,7 +176,12 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
     );
     let mut traces = first?;
     traces.push(last?);
-    let levels: Vec<Level> = cases.iter().zip(&traces).map(Level::of).collect();
+    let level = |(case, trace): (&Case, &Trace)| {
+        let (&Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (&case.sizes, case.units());
+        let (cells, warnings) = (case.mesh.density().1, trace.warnings.clone());
+        Level { cells, dr: length.of(dr), dt: time.of(dt), steps, warnings }
+    };
+    let levels: Vec<Level> = cases.iter().zip(&traces).map(level).collect();
     // the closed form of the finest mesh
     let form = ClosedForm::for_case(finest).ok().filter(|form| !form.is_approximate());
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
@@ -221,19 +226,6 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
     Ok(Study { levels, closed_form: form.map(|form| form.name), quantities })
 }
 
-impl Level {
-    fn of((case, trace): (&Case, &Trace)) -> Self {
-        let (&Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (&case.sizes, case.units());
-        Self {
-            cells: case.mesh.density().1,
-            dr: length.of(dr),
-            dt: time.of(dt),
-            steps,
-            warnings: trace.warnings.clone(),
-        }
-    }
-}
-
 /// Number in a trace, name and unit of every column that is a quantity.
 fn columns(case: &Case, plan: &Plan) -> Vec<(usize, String, Unit)> {
     let Units { length, speed, stress, force, .. } = case.units();
@@ -272,23 +264,15 @@ const FIRST_PROBE: usize = 2;
 
 fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
-    let (events, pressures) = (BTreeMap::new(), VecDeque::new());
-    let (warnings, measures) = (Vec::new(), Vec::new());
-    let mut trace = Trace { times: Vec::new(), columns, events, measures, pressures, warnings };
-    let mut measuring = Measuring::new(case.units(), true);
-    let mut collect = |view: &View<'_>| {
+    let mut trace = Trace { columns, ..Trace::default() };
+    (trace.measures, trace.warnings) = measured(case, |view| {
         trace.observe(view, plan);
-        measuring.take(view);
         watch(view.step);
-    };
-    let mut steps = Advised::new(case, Simulation::new(case));
-    let outcome = session::run(&mut steps, &mut [&mut collect])?;
-    trace.measures = measuring.measures(&outcome.validity);
+    })?;
     if !trace.events.contains_key(SEPARATION) {
         // the contact outlasts the run
         trace.measures.retain(|measure| measure.name != "contact_duration");
     }
-    trace.warnings = steps.findings().to_vec();
     Ok(trace)
 }
 
@@ -380,17 +364,7 @@ impl Quantity {
         ratio: f64,
     ) -> Self {
         const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.5;
-        let mut quantity = Self {
-            name,
-            unit: unit.into(),
-            values,
-            order: None,
-            extrapolated: None,
-            error_bar: None,
-            exact,
-            errors: None,
-            exact_order: None,
-        };
+        let mut quantity = Self { name, unit: unit.into(), values, exact, ..Self::default() };
         let Some(known) = quantity.values.iter().copied().collect::<Option<Vec<f64>>>() else {
             return quantity;
         };

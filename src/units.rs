@@ -217,15 +217,10 @@ impl Units {
             name: name(dimension, geometry, scales.is_some()),
             scale: scales.map_or(1.0, |scales| scales.of(dimension)),
         };
-        Self {
-            length: unit(Dimension::Length),
-            time: unit(Dimension::Time),
-            frequency: unit(Dimension::Frequency),
-            speed: unit(Dimension::Speed),
-            stress: unit(Dimension::Stress),
-            force: unit(Dimension::Force),
-            energy: unit(Dimension::Energy),
-        }
+        use Dimension::{Energy, Force, Frequency, Length, Speed, Stress, Time};
+        let [length, time, frequency] = [Length, Time, Frequency].map(unit);
+        let [speed, stress, force, energy] = [Speed, Stress, Force, Energy].map(unit);
+        Self { length, time, frequency, speed, stress, force, energy }
     }
 }
 

@@ -12,7 +12,6 @@ use crate::input::read_text;
 pub struct CaseBuilder {
     /// Name of the case in messages.
     pub(super) name: String,
-    /// Text of the case file.
     pub(super) text: String,
     /// Folder of relative paths.
     pub(super) folder: PathBuf,
@@ -71,19 +70,17 @@ mod tests {
     use super::*;
     use crate::contact::Rule;
 
-    fn ball() -> CaseBuilder {
-        Case::builder("ball")
+    #[test]
+    fn a_built_case_is_that_of_its_text() {
+        let case = Case::builder("ball")
             .set("target.thickness", "half-space")
             .set("target.shear_wave_speed", 0.1 + 0.2)
             .set("indenter.shape", "paraboloid")
             .set("indenter.nose_radius", 0.5)
             .set("indenter.mass", f64::INFINITY)
             .set("run.end_time", 2.0)
-    }
-
-    #[test]
-    fn a_built_case_is_that_of_its_text() {
-        let case = ball().set("record.probes", vec![0.0, 1.0 / 3.0]).build().expect("a case");
+            .set("record.probes", vec![0.0, 1.0 / 3.0]);
+        let case = case.build().expect("a case");
         assert_eq!((case.title.as_str(), case.target.thickness), ("ball", None));
         assert_eq!(case.target.material.shear_wave_speed, 0.1 + 0.2);
         assert_eq!(case.record.probes, [0.0, 1.0 / 3.0]);

@@ -40,7 +40,6 @@ impl Parameters {
         (size_of::<f32>() * values).max(1)
     }
 
-    /// What frames show.
     pub(crate) fn frame_fields(&self) -> FrameFields {
         FrameFields {
             fields: self.record.fields.clone(),
@@ -75,7 +74,6 @@ impl Parameters {
         self.sizes.striker.as_ref().map_or(self.sizes.nr, |striker| striker.nr.max(self.sizes.nr))
     }
 
-    /// Nodes that fields show.
     pub(crate) fn shown_nodes(&self) -> ShownNodes {
         let (every, columns, target) = (self.record.field_every, self.shown_columns(), self.grid());
         let rows = |grid: &Grid| grid.shown_rows(every).into_iter().map(|j| grid.z(j)).collect::<Vec<f64>>();
@@ -189,10 +187,10 @@ mod tests {
         assert!(every > 1 && case.estimated_nodes(every - 1) > ACTIVE_NODES);
         // the numbers of shown rows and columns are rounded up
         assert!(case.estimated_nodes(every) < 1.05 * ACTIVE_NODES);
-        assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
-        assert_eq!(fine(&["record.frame_times=[1.0]", "run.end_time=2.5"]).record.field_every, 1);
-        assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
-        assert_eq!(fine(&["record.fields=[]"]).record.field_every, 1);
+        let few = ["record.frame_times=[1.0]", "run.end_time=2.5"];
+        for settings in [&few[..], &["record.field_every=1"], &["record.frames=0"], &["record.fields=[]"]] {
+            assert_eq!(fine(settings).record.field_every, 1, "{settings:?}");
+        }
         // a small case; one on a coarse mesh that is wide and deep
         for name in ["fig5", "fig9-m5"] {
             assert_eq!(Case::sound(name, &[]).record.field_every, 1);
@@ -219,9 +217,9 @@ mod tests {
         assert!(r_max == reach + 3.0 * ball.target.thickness.expect("a layer") && r_max < 0.2 * outer);
         // both columns that there are at least, and all of them
         let columns = |settings: &[&str]| load("fig5", settings).frame_fields().columns;
-        assert_eq!(columns(&["record.r_max=1e-3"]), 2);
-        assert_eq!(columns(&["record.r_max=inf"]), load("fig5", &[]).sizes.nr);
-        assert_eq!(columns(&["record.r_max=1000"]), load("fig5", &[]).sizes.nr);
+        let radii = ["record.r_max=1e-3", "record.r_max=inf", "record.r_max=1000"];
+        let nr = load("fig5", &[]).sizes.nr;
+        assert_eq!(radii.map(|radius| columns(&[radius])), [2, nr, nr]);
         // lines along r end there too
         let gauges = load("fig5", &["record.lines=[{ z = 0.5 }]"]).gauges();
         let shown = GaugePlan::new(&gauges, &load("fig5", &[]).grid()).values(&[], Some(&[0.0; 10_000]));

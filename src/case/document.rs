@@ -28,6 +28,7 @@ const LONGEST_MESSAGE: usize = 400;
 const LONGEST_HELP: usize = 2000;
 
 /// The texts a case is read from, the case file and one for each setting, and the problems found in them so far.
+#[derive(Default)]
 pub struct Document {
     sources: Vec<Source>,
     problems: RefCell<Notes>,
@@ -73,7 +74,7 @@ struct Source {
 impl Document {
     /// The texts of a case; a setting whose value is no TOML is taken as a string.
     pub fn new(given: &CaseBuilder) -> Self {
-        let mut document = Self { sources: Vec::new(), problems: RefCell::default() };
+        let mut document = Self::default();
         // an editor's byte order mark is no part of the text
         document.push(&given.name, given.text.strip_prefix('\u{feff}').unwrap_or(&given.text));
         for setting in &given.settings {
@@ -103,21 +104,14 @@ impl Document {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
                 let span = error.span().unwrap_or(source.start..source.start);
-                match error.message().trim_end() {
-                    "duplicate key" => {
-                        self.problem(
-                            span.clone(),
-                            format!("`{}` is given twice", short(self.written(&span))),
-                            "keep one of them",
-                        );
-                    }
-                    message => {
-                        let note =
-                            Note { span, message: clipped(message, LONGEST_MESSAGE).into(), help: None };
-                        self.problems.replace(Notes { first: vec![note], more: 0 });
-                        return self.finish(None);
-                    }
+                let message = error.message().trim_end();
+                if message != "duplicate key" {
+                    let note = Note { span, message: clipped(message, LONGEST_MESSAGE).into(), help: None };
+                    self.problems.replace(Notes { first: vec![note], more: 0 });
+                    return self.finish(None);
                 }
+                let message = format!("`{}` is given twice", short(self.written(&span)));
+                self.problem(span, message, "keep one of them");
             }
             let part = part.into_inner();
             replace(&mut table, &part);
@@ -128,8 +122,11 @@ impl Document {
 
     /// The text at a place.
     pub fn written(&self, span: &Range<usize>) -> &str {
-        let source = self.sources.iter().rev().find(|source| source.start <= span.start);
-        source.and_then(|source| source.text.get(span.clone())).unwrap_or_default()
+        self.source(span).and_then(|source| source.text.get(span.clone())).unwrap_or_default()
+    }
+
+    fn source(&self, span: &Span) -> Option<&Source> {
+        self.sources.iter().rev().find(|source| source.start <= span.start)
     }
 
     /// Notes a problem.
@@ -158,27 +155,25 @@ impl Document {
     }
 
     fn locate(&self, Note { span, message, help }: Note) -> Problem {
-        let source = self.sources.iter().rev().find(|source| source.start <= span.start);
-        let place =
-            source.filter(|source| !source.text.trim().is_empty()).map(|Source { name, text, start }| {
-                Excerpt::of(name, &text[*start..], span.start - start..span.end - start)
-            });
-        let (source_code, label) = place.unzip();
+        let source = self.source(&span).filter(|source| !source.text.trim().is_empty());
+        let excerpt = |Source { name, text, start }: &Source| {
+            Excerpt::of(name, &text[*start..], span.start - start..span.end - start)
+        };
+        let (source_code, label) = source.map(excerpt).unzip();
         Problem { message, help, source_code, label }
     }
 }
 
-/// The text of a value in a table.
 pub(super) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Option<&'a str> {
-    match table.get(key)?.get_ref() {
-        DeValue::String(text) => Some(text),
-        _ => None,
-    }
+    table.get(key)?.get_ref().as_str()
 }
 
-/// A table in a table.
 pub(super) fn table<'a, 't>(table: &'a DeTable<'t>, key: &str) -> Option<&'a DeTable<'t>> {
-    match table.get(key)?.get_ref() {
+    table.get(key)?.get_ref().as_table()
+}
+
+pub(super) fn table_mut<'a, 't>(table: &'a mut DeTable<'t>, key: &str) -> Option<&'a mut DeTable<'t>> {
+    match table.get_mut(key)?.get_mut() {
         DeValue::Table(inner) => Some(inner),
         _ => None,
     }
@@ -204,7 +199,7 @@ fn replaced(shape: &str) -> [(&'static str, &'static str, &'static [&'static str
 fn replace(earlier: &mut DeTable<'_>, later: &DeTable<'_>) {
     let other_force = |force: &DeTable<'_>| FORCE_ROWS.iter().any(|key| force.contains_key(*key));
     if table(later, LOAD).and_then(|load| table(load, "force")).is_some_and(other_force)
-        && let Some(DeValue::Table(load)) = earlier.get_mut(LOAD).map(Spanned::get_mut)
+        && let Some(load) = table_mut(earlier, LOAD)
     {
         load.remove("force");
     }
@@ -212,7 +207,7 @@ fn replace(earlier: &mut DeTable<'_>, later: &DeTable<'_>) {
     let shape = shape(later).or_else(|| shape(earlier)).unwrap_or_default().to_owned();
     for (name, key, others) in replaced(&shape) {
         let Some(later) = table(later, name).filter(|later| later.contains_key(key)) else { continue };
-        let Some(DeValue::Table(earlier)) = earlier.get_mut(name).map(Spanned::get_mut) else { continue };
+        let Some(earlier) = table_mut(earlier, name) else { continue };
         for other in others.iter().filter(|other| !later.contains_key(**other)) {
             earlier.remove(*other);
         }

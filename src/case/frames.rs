@@ -64,30 +64,32 @@ impl FrameSteps {
 mod tests {
     use super::*;
 
+    /// Steps that are frames.
+    fn hits(frames: &Frames, steps: u64) -> Vec<u64> {
+        let chosen = frames.of(steps, 0.1);
+        let hits: Vec<u64> = (0..=steps).filter(|&k| chosen.contain(k)).collect();
+        assert_eq!(chosen.count(), hits.len() as u64);
+        hits
+    }
+
     #[test]
     fn frames_are_as_many_as_given() {
         for (steps, frames) in [(300, 200), (1000, 200), (199, 200), (7, 3), (10, 1), (5, 2), (1_000_003, 17)]
         {
-            let chosen = Frames::Spread(frames).of(steps, 0.1);
-            let hits: Vec<u64> = (0..=steps).filter(|&k| chosen.contain(k)).collect();
-            assert_eq!(hits.len(), frames, "{steps} steps");
-            assert_eq!(hits.last(), Some(&steps));
+            let hits = hits(&Frames::Spread(frames), steps);
+            assert_eq!((hits.len(), hits.last()), (frames, Some(&steps)), "{steps} steps");
             assert!(frames == 1 || hits[0] == 0);
         }
-        let many = Frames::Spread(200).of(50, 0.1);
-        assert_eq!((0..=50).filter(|&k| many.contain(k)).count(), 51);
-        assert!(!Frames::Spread(0).of(10, 0.1).contain(0));
+        assert_eq!(hits(&Frames::Spread(200), 50).len(), 51);
+        assert_eq!(hits(&Frames::Spread(0), 10), [0; 0]);
     }
 
     #[test]
     fn frames_are_at_the_steps_nearest_to_given_times() {
         for times in [vec![2.0, 0.05, 1.02, 2.001], vec![0.05, 1.02]] {
-            let chosen = Frames::At(times).of(20, 0.1);
-            let hits: Vec<u64> = (0..=20).filter(|&k| chosen.contain(k)).collect();
             // 0.05 is halfway: the later one; the last step is always among them
-            assert_eq!(hits, [1, 10, 20]);
-            assert_eq!(chosen.count(), 3);
+            assert_eq!(hits(&Frames::At(times), 20), [1, 10, 20]);
         }
-        assert_eq!(Frames::At(Vec::new()).of(20, 0.1).count(), 0);
+        assert_eq!(hits(&Frames::At(Vec::new()), 20), [0; 0]);
     }
 }

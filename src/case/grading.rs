@@ -47,12 +47,8 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
             values.set("mesh.grading", RATIO);
         }
         if values.is_loaded && !values.is_given("load.radius") {
-            let what = " needs a load with a radius";
-            values.refuse(
-                "mesh.contact_cells",
-                what,
-                "give load.radius, or mesh.cells in place of contact_cells",
-            );
+            let help = "give load.radius, or mesh.cells in place of contact_cells";
+            values.refuse("mesh.contact_cells", " needs a load with a radius", help);
         }
         return;
     }
@@ -61,8 +57,8 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
     }
     let given = GRADED.map(|key| format!("mesh.{key}")).into_iter().find(|key| values.is_given(key));
     if let Some(key) = given.filter(|_| is_elastic) {
-        let message = format!("`{key}` is of a graded mesh, and this one has equal cells");
-        values.problem(&key, message, "leave the key out, or give mesh.contact_cells in place of mesh.cells");
+        let help = "leave the key out, or give mesh.contact_cells in place of mesh.cells";
+        values.unwanted(&key, " is of a graded mesh, and this one has equal cells", help);
     }
 }
 
@@ -136,8 +132,7 @@ impl Parameters {
         let ratio = values.number("mesh.grading")?;
         if radius <= 0.0 {
             let what = " needs a contact that has a radius, and the estimated one is 0";
-            values.refuse("mesh.contact_cells", what, "give mesh.cells in its place");
-            return None;
+            values.refuse("mesh.contact_cells", what, "give mesh.cells in its place")?;
         }
         self.mesh.grading = Some(Grading { contact_cells, ratio, near, largest });
         self.mesh.cells = (1.0 / self.smallest_cell(contact_cells)).round().max(1.0) as usize;
@@ -204,8 +199,7 @@ impl Parameters {
             is_below.then_some(("mesh.near_depth", " is below the target"))
         };
         if let Some((key, what)) = place.filter(|(key, _)| values.is_given(key)) {
-            values.refuse(key, what, "make it smaller, or leave it out");
-            return None;
+            values.refuse(key, what, "make it smaller, or leave it out")?;
         }
         let nodes = (radius / first) * (depth / first);
         if nodes > NEAR_NODES {
@@ -213,8 +207,7 @@ impl Parameters {
             let help = format!(
                 "allowed: {NEAR_NODES:e}; make mesh.contact_cells, mesh.near_radius or mesh.near_depth smaller"
             );
-            values.problem("mesh.contact_cells", message, help);
-            return None;
+            values.problem("mesh.contact_cells", message, help)?;
         }
         Some(())
     }
@@ -290,16 +283,12 @@ impl Parameters {
 }
 
 impl Grading {
-    /// How columns grow.
-    ///
-    /// * `first`: size of the cells near the contact \[R\]
     pub(super) fn growth(&self, first: f64) -> Growth {
         let largest = self.largest.unwrap_or(f64::INFINITY).max(first);
         Growth { first, near: self.near[0], ratio: self.ratio, largest }
     }
 }
 
-/// Rows of a layer.
 struct Rows {
     growth: Growth,
     /// Depth of its upper face \[R\].
@@ -357,7 +346,6 @@ impl Rows {
     }
 }
 
-/// Largest number of nodes of the near zone.
 const NEAR_NODES: f64 = 1e7;
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ use std::{f64::consts::PI, path::Path};
 
 use super::{
     Body, Stop,
-    bounds::{Bounds, HUGE, TINY},
     keys::BODY,
+    numbers::{Bounds, HUGE, TINY},
     profile,
     values::Values,
 };
@@ -17,14 +17,9 @@ use crate::{
     units::Dimension,
 };
 
-/// The indenter, or the problems with it.
-///
-/// * `folder`: of relative paths
 pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
     check_rule(values);
-    if let Some(diameter) =
-        values.checked.remove("indenter.diameter").and_then(|diameter| diameter.as_float())
-    {
+    if let Some(diameter) = values.take("indenter.diameter") {
         let key = if values.shape.as_deref() == Some("sphere") { "nose_radius" } else { "radius" };
         values.set(&format!("indenter.{key}"), 0.5 * diameter);
     }
@@ -38,12 +33,10 @@ pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
         }
         _ => values.number("indenter.density"),
     };
-    if values.is_given("indenter.length")
-        && !["mass", "density", "material"].iter().any(|key| values.is_given(&format!("indenter.{key}")))
-    {
-        let message = "`indenter.length` is given, but not what the body is made of";
+    let of_mass = ["mass", "density", "material", "length"].map(|key| format!("indenter.{key}"));
+    if !of_mass[..3].iter().any(|key| values.is_given(key)) {
         let help = "add indenter.density or indenter.material, or give indenter.mass instead";
-        values.problem("indenter.length", message, help);
+        values.unwanted("indenter.length", " is given, but not what the body is made of", help);
     }
     let head = head?;
     if let Some(density) = density {
@@ -56,18 +49,13 @@ pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
         values.set("indenter.radius", radius);
     }
     if values.is_table(BODY.path) {
-        let given = ["mass", "density", "material", "length"]
-            .into_iter()
-            .find(|key| values.is_given(&format!("indenter.{key}")));
-        if let Some(key) = given {
-            let what = " is given, but the layers of its body have a mass";
-            values.problem(&format!("indenter.{key}"), format!("`indenter.{key}`{what}"), "leave it out");
-        }
+        let what = " is given, but the layers of its body have a mass";
+        let given = of_mass.iter().find(|key| values.is_given(key));
+        given.into_iter().for_each(|key| values.unwanted(key, what, "leave it out"));
     }
     Some(Body { head, radius, mass: values.number("indenter.mass")?, material, striker: None })
 }
 
-/// The head, or the problems with it.
 fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<Head> {
     let nose_radius = values.number("indenter.nose_radius");
     match values.shape.as_deref()? {
@@ -94,8 +82,7 @@ fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<H
             if radius.is_some_and(|radius| nose_radius.is_some_and(|nose_radius| radius > nose_radius)) {
                 let rho = values.system.written(Dimension::Length, nose_radius?);
                 let help = format!("allowed: at most {rho}, or leave it out for the whole sphere");
-                values.refuse("indenter.radius", " is larger than indenter.nose_radius", &help);
-                return None;
+                values.refuse("indenter.radius", " is larger than indenter.nose_radius", &help)?;
             }
             Some(Head::Sphere { nose_radius: nose_radius? })
         }
@@ -103,15 +90,12 @@ fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<H
             if !values.is_given("indenter.half_angle") {
                 values.need("indenter.slope", "the number df/dr; or half_angle, in degrees from the axis");
             }
-            if let Some(angle) =
-                values.checked.remove("indenter.half_angle").and_then(|angle| angle.as_float())
-            {
+            if let Some(angle) = values.take("indenter.half_angle") {
                 // s = cot of the angle between axis and flank
                 let slope = 1.0 / libm::tan(angle.to_radians());
                 if !Bounds::within(TINY, HUGE).contain(slope) {
                     let help = "allowed: degrees from the axis, so that the slope, its cotangent, is from 1e-6 to 1e6";
-                    values.refuse("indenter.half_angle", " is not possible", help);
-                    return None;
+                    values.refuse("indenter.half_angle", " is not possible", help)?;
                 }
                 values.set("indenter.slope", slope);
             }
@@ -132,7 +116,7 @@ fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<H
 /// * `density`: d \[γ\]
 fn mass(values: &mut Values<'_>, head: &Head, radius: Option<f64>, density: f64) -> Option<f64> {
     let key = if values.checked.remove("indenter.density").is_some() { "density" } else { "material" };
-    let length = values.checked.remove("indenter.length").and_then(|length| length.as_float());
+    let length = values.take("indenter.length");
     let geometry = values.system.geometry;
     match (head, length) {
         (Head::Sphere { nose_radius: rho }, _) if radius.is_none_or(|radius| radius == *rho) => {
@@ -149,18 +133,13 @@ fn mass(values: &mut Values<'_>, head: &Head, radius: Option<f64>, density: f64)
             let shape = Shape::new(head.clone(), radius);
             if shape.radius().is_infinite() {
                 let help = "give indenter.radius too, or indenter.mass instead of the length";
-                values.refuse("indenter.length", ", but the body has no radius", help);
-                return None;
+                values.refuse("indenter.length", ", but the body has no radius", help)?;
             }
             let (_, head_length) = shape.depths(0.0, shape.radius());
             if length < head_length {
-                let least = values.system.written(Dimension::Length, head_length);
-                values.refuse(
-                    "indenter.length",
-                    " ends inside the head",
-                    &format!("allowed: at least {least}"),
-                );
-                return None;
+                let help =
+                    format!("allowed: at least {}", values.system.written(Dimension::Length, head_length));
+                values.refuse("indenter.length", " ends inside the head", &help)?;
             }
             Some(density * shape.content(length, geometry))
         }
@@ -169,7 +148,7 @@ fn mass(values: &mut Values<'_>, head: &Head, radius: Option<f64>, density: f64)
             let instead = if key == "density" { " in place of the density" } else { "" };
             let help =
                 format!("give indenter.length, from the tip to the flat end, or indenter.mass{instead}");
-            values.refuse(&format!("indenter.{key}"), what, &help);
+            values.refuse(&format!("indenter.{key}"), what, &help)?;
             None
         }
     }

@@ -5,21 +5,17 @@
 use std::fmt::Write;
 
 use Kind::{
-    Choice, Count, Line, Material, Name, NameOr, Number, Pair, Preset, Quantity, Table, Tables, Text,
+    Choice, Count, Line, Material, Name, NameOr, Number, Pair, Preset, Quantity, Si, Table, Tables, Text,
     Thickness,
 };
 use Who::{Dimensionless, Physical, Shapes};
 
-use super::{
-    bounds::{Bounds, HUGE, MAX_LIST, TINY},
-    system::System,
-};
+use super::numbers::{Bounds, HUGE, MAX_LIST, System, TINY};
 use crate::{
     model::{Field, ModelKind, elastic, scheme},
     units::Dimension::{self, Density, Force, Frequency, Length, Mass, Speed, Stress, Time},
 };
 
-/// What the value of a key is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     /// A text, of this kind.
@@ -36,6 +32,8 @@ pub(super) enum Kind {
     Number(Bounds, &'static str),
     /// A number with a dimension: plain in dimensionless cases, a text with its unit in physical ones.
     Quantity(Dimension, Bounds),
+    /// One of a material, which keeps its SI units.
+    Si(Dimension, Bounds),
     /// A length, or `"half-space"`.
     Thickness,
     /// A list, with a word for its elements and their largest number; of names, each at most once.
@@ -76,7 +74,6 @@ pub(super) enum Who {
     Shapes(&'static [&'static str]),
 }
 
-/// A row of the table.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Key {
     pub name: &'static str,
@@ -127,11 +124,6 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// The system of its numbers: constants of materials are in SI units.
-    pub fn system(&self, case: System) -> System {
-        if [MATERIAL.path, BOND_STRENGTH.path].contains(&self.path) { System::si() } else { case }
-    }
-
     /// Names of its keys, each once.
     pub fn names(&self) -> Vec<&'static str> {
         let mut names: Vec<&str> = self.keys.iter().map(|key| key.name).collect();
@@ -149,30 +141,24 @@ macro_rules! section {
 
 /// Sizes that are not 0.
 pub(super) const SIZE: Bounds = Bounds::within(TINY, HUGE);
-/// Times and forces of a table.
 const TIMES: Kind = Quantity(Time, Bounds::within(0.0, 1e12));
 const FORCES: Kind = Quantity(Force, ANY);
 /// Lengths that are not 0.
 const EXTENT: Kind = Quantity(Length, SIZE);
-/// Radii.
 pub(super) const LENGTH: Kind = Quantity(Length, Bounds::within(0.0, HUGE));
 /// Depths, in an indenter that gives negative.
 pub(super) const DEPTH: Kind = Quantity(Length, Bounds::within(-HUGE, HUGE));
 /// SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
-const MODULUS: Kind = Quantity(Stress, POSITIVE);
-/// Strengths of bonds.
+const MODULUS: Kind = Si(Stress, POSITIVE);
 const STRENGTH: Bounds = Bounds::above(0.0, 1e30).or_infinite();
-/// Of either sign.
 const ANY: Bounds = Bounds::within(-1e30, 1e30);
 /// The unit of length \[m\]: scales that follow from it are far from overflow.
 pub(super) const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
-/// Bounds of densities and wave speeds in units of those of the struck layer.
 pub(super) const RELATIVE: Bounds = SIZE;
 /// Keys of section `mesh` that only a graded mesh has.
 pub(super) const GRADED: [&str; 5] =
     ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
-/// Layers of a body, and their largest number.
 const LAYERS: Kind = Tables(&LAYER, "layers", MAX_LAYERS);
 pub(super) const MAX_LAYERS: usize = 100;
 
@@ -182,7 +168,6 @@ pub(super) const LOAD: &str = "load";
 pub(super) const FORCE_ROWS: [&str; 3] = ["points", "table", "recording"];
 /// Sections of a case with one.
 pub(super) const OF_INDENTER: [&str; 2] = ["indenter", "impact"];
-/// Shapes of indenters.
 pub(super) const SHAPES: [&str; 5] = ["flat", "paraboloid", "sphere", "cone", "profile"];
 const VIEWS: [&str; 6] = ["field", "image", "scene", "fronts", "tf", "profile"];
 const RAKHMATULIN: Who = Who::Model(ModelKind::Rakhmatulin);
@@ -191,7 +176,6 @@ const CONE: Who = Shapes(&["cone"]);
 const SPHERE: Who = Shapes(&["sphere"]);
 const PROFILE: Who = Shapes(&["profile"]);
 
-/// The top level.
 pub(super) const ROOT: Section = section! { "";
     title: Text("a text in quotes"), left_out("name of the case") => "title of the run";
     model: Name(&ModelKind::NAMES), default("\"rakhmatulin\"") =>
@@ -202,7 +186,6 @@ pub(super) const ROOT: Section = section! { "";
         "R, its range in m, if the indenter has neither `radius` nor `nose_radius`";
 };
 
-/// One layer of a list.
 pub(super) const LAYER: Section = section! { "target.layer";
     thickness: Thickness, required() => "half-space in the last layer only";
     density: Number(RELATIVE, "γ"), default("1.0"), only(Dimensionless) => "density, 1 in the first layer";
@@ -217,13 +200,11 @@ pub(super) const LAYER: Section = section! { "target.layer";
     material: Material, only(Physical) => "required in every layer";
 };
 
-/// The strength of a bond.
 pub(super) const BOND_STRENGTH: Section = section! { "target.layer.bond_strength";
-    normal: Quantity(Stress, STRENGTH), required() => "tension across the interface";
-    shear: Quantity(Stress, STRENGTH), required() => "shear stress along it";
+    normal: Si(Stress, STRENGTH), required() => "tension across the interface";
+    shear: Si(Stress, STRENGTH), required() => "shear stress along it";
 };
 
-/// The body of an indenter that gives.
 pub(super) const BODY: Section = section! { "indenter.body";
     radius: EXTENT, left_out("that of the indenter") => "of the body, whose rim is held as the target's";
     layer: LAYERS, left_out("required") =>
@@ -237,7 +218,6 @@ pub(super) const BODY_BACK: Section = section! { "indenter.body.back";
         "of a rigid body that is bonded to the back, a drop weight";
 };
 
-/// One sensor of a list.
 pub(super) const SENSOR: Section = section! { "record.sensor";
     r: LENGTH, required() => "radius of its middle";
     face: Name(&["front", "back"]), default("\"front\"") => "the struck face, or the far one, which has to be free";
@@ -250,17 +230,16 @@ pub(super) const SENSOR: Section = section! { "record.sensor";
          corner, forward and backward, so that no phase is shifted, with half the amplitude at the corners";
 };
 
-/// The constants of a material.
 pub(super) const MATERIAL: Section = section! { "target.material";
     youngs_modulus: MODULUS => "E, one of two";
     poisson_ratio: Number(Bounds::between(-1.0, 0.5), "1") => "ν, one of two";
     bulk_modulus: MODULUS => "K, one of two";
     shear_modulus: MODULUS => "G, one of two";
-    wave_speed: Quantity(Speed, POSITIVE) => "c_p, one of two";
-    shear_wave_speed: Quantity(Speed, POSITIVE) => "c_s, one of two";
+    wave_speed: Si(Speed, POSITIVE) => "c_p, one of two";
+    shear_wave_speed: Si(Speed, POSITIVE) => "c_s, one of two";
     C11: MODULUS => "stiffness along r of a material whose axis of symmetry is z, with the four below; `elastic` only";
     C33: MODULUS => "stiffness along z";
-    C13: Quantity(Stress, ANY) => "stress along z by strain along r";
+    C13: Si(Stress, ANY) => "stress along z by strain along r";
     C44: MODULUS => "shear modulus in the r–z plane";
     C66: MODULUS => "shear modulus in the plane of the layer";
     E_r: MODULUS => "Young's modulus along r of such a material, with the four below, in place of the stiffness";
@@ -269,14 +248,13 @@ pub(super) const MATERIAL: Section = section! { "target.material";
     nu_zr: Number(Bounds::between(-10.0, 10.0), "1") =>
         "strain along r under stress along z, over that along z, with the other sign";
     G_rz: MODULUS => "shear modulus in the r–z plane";
-    density: Quantity(Density, POSITIVE), required() => "density";
+    density: Si(Density, POSITIVE), required() => "density";
     yield_strength: MODULUS, left_out("none; of a name that of its grade, in `percuss materials`") =>
         "for measures and estimates, as those below: the theory is linear, nothing yields";
     tensile_strength: MODULUS, left_out("likewise") => "tension at break";
     compressive_strength: MODULUS, left_out("likewise") => "compression at break";
 };
 
-/// The force of a load.
 pub(super) const FORCE: Section = section! { "load.force";
     pulse: Name(&["hertz", "cosine", "ricker", "step"]), left_out("required, or one of the three below") =>
         "of peak F and duration T: F·sin^{3/2}(πt/T), F/2·(1 − cos 2πt/T), Ricker's of middle frequency 3/T; or a step";
@@ -445,11 +423,16 @@ impl Kind {
     /// Dimension of its numbers.
     pub fn dimension(&self) -> Option<Dimension> {
         match self {
-            Self::Quantity(dimension, _) => Some(*dimension),
+            Self::Quantity(dimension, _) | Self::Si(dimension, _) => Some(*dimension),
             Self::Thickness | Self::Line => Some(Length),
             Self::List { of, .. } => of.dimension(),
             _ => None,
         }
+    }
+
+    /// The system of its numbers.
+    pub fn system(&self, case: System) -> System {
+        if let Self::Si(..) = self { System::SI } else { case }
     }
 
     /// What can be written, for messages.
@@ -460,7 +443,9 @@ impl Kind {
             Self::Choice(numbers) => numbers.iter().map(i64::to_string).collect::<Vec<_>>().join(", "),
             Self::Count(low, high, _) => format!("a whole number from {low} to {high}"),
             Self::Number(bounds, _) => bounds.to_string(),
-            Self::Quantity(dimension, bounds) => system.allowed(*dimension, *bounds),
+            Self::Quantity(dimension, bounds) | Self::Si(dimension, bounds) => {
+                system.allowed(*dimension, *bounds)
+            }
             Self::Thickness => format!("{}, or \"half-space\"", system.allowed(Length, SIZE)),
             Self::List { of: Self::Name(names), .. } => format!("a list of {}", names.join(", ")),
             Self::List { of, noun, .. } => format!("a list of {noun}, each {}", of.allowed(system)),
@@ -478,7 +463,6 @@ impl Kind {
         }
     }
 
-    /// Unit, for the guide.
     fn unit(&self) -> String {
         match self {
             Self::Count(_, _, unit) | Self::Number(_, unit) => (*unit).into(),
@@ -497,7 +481,7 @@ pub fn guide(heading: &str) -> Option<String> {
     let mut text =
         "| Key | Unit | Range | Default | Meaning, and who may have it |\n|---|---|---|---|---|\n".to_owned();
     for key in section.keys {
-        let (unit, range) = (key.kind.unit(), key.kind.allowed(&System::dimensionless()));
+        let (unit, range) = (key.kind.unit(), key.kind.allowed(&System::PLAIN));
         let absent = match key.absent {
             Absent::Required => "required".into(),
             Absent::Value(value) => format!("`{value}`"),

@@ -4,10 +4,9 @@ use std::path::Path;
 
 use super::{
     Body, Impact, Stop,
-    bounds::MAX_LIST,
     keys::{FORCE, FORCE_ROWS},
+    numbers::{MAX_LIST, System},
     profile::read_pairs,
-    system::System,
     values::{Values, join},
 };
 use crate::{
@@ -21,24 +20,17 @@ use crate::{
     units::Dimension,
 };
 
-/// What a table must look like.
 const TABLE_HELP: &str = "a table of forces is a CSV file with two columns, headed t,F or in a physical case t [us],F [N], times increasing; \
                           its path counts from the folder of the case";
-/// What a recording must be.
 const RECORDING_HELP: &str = "it is a recording of a physical case, whose /drag is the force";
 
-/// The load, or the problems with it.
-///
-/// * `folder`: of relative paths
 pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
     let mut kinds = ["pulse"].iter().chain(&FORCE_ROWS).map(|key| join(FORCE.path, key));
     let given = kinds.find(|key| values.is_given(key));
     let force = match given.as_deref() {
         None => {
-            if values.is_given(FORCE.path) {
-                let help = "add pulse with peak and duration, table, recording, or points";
-                values.problem(FORCE.path, "`load.force` has no pulse, table, recording or points", help);
-            }
+            let help = "add pulse with peak and duration, table, recording, or points";
+            values.unwanted(FORCE.path, " has no pulse, table, recording or points", help);
             None
         }
         Some("load.force.pulse") => pulse(values),
@@ -48,9 +40,9 @@ pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
         values.refuse("run.stop", " is of an indenter, and this case has a load", "leave it out");
     }
     let (radius, distribution) = (values.number("load.radius"), values.get("load.distribution")?);
-    if radius.is_none() && !values.is_given("load.radius") && values.is_given("load.distribution") {
-        let message = "`load.distribution` is given, but the load is on a point";
-        values.problem("load.distribution", message, "give load.radius, or leave it out");
+    if radius.is_none() && !values.is_given("load.radius") {
+        let what = " is given, but the load is on a point";
+        values.unwanted("load.distribution", what, "give load.radius, or leave it out");
     }
     if radius.zip(values.number("target.radius")).is_some_and(|(radius, rim)| radius > rim) {
         values.refuse("load.radius", " is larger than target.radius", "make it smaller, or the target wider");
@@ -61,45 +53,27 @@ pub(super) fn load(values: &mut Values<'_>, folder: &Path) -> Option<Load> {
     Some(Load { radius, distribution, force: force? })
 }
 
-/// The pulse, or the problems with it.
 fn pulse(values: &mut Values<'_>) -> Option<Force> {
     let form = values.get::<Pulse>("load.force.pulse")?;
+    let [rise, duration] = ["load.force.rise", "load.force.duration"];
     let (key, other, meaning) = match form {
-        Pulse::Step => {
-            ("load.force.rise", "load.force.duration", "time in which the force rises; 0 for a jump")
-        }
-        Pulse::Hertz | Pulse::Cosine | Pulse::Ricker => {
-            ("load.force.duration", "load.force.rise", "time that the pulse lasts")
-        }
+        Pulse::Step => (rise, duration, "time in which the force rises; 0 for a jump"),
+        Pulse::Hertz | Pulse::Cosine | Pulse::Ricker => (duration, rise, "time that the pulse lasts"),
     };
-    if values.is_given(other) {
-        let form = values.written("load.force.pulse").to_owned();
-        values.problem(
-            other,
-            format!("`{other}` does not belong to pulse = {form}"),
-            format!("leave it out; `{key}` does"),
-        );
-    }
+    let what = format!(" does not belong to pulse = {}", values.written("load.force.pulse"));
+    values.unwanted(other, &what, &format!("leave it out; `{key}` does"));
     values.need("load.force.peak", "the largest force");
     values.need(key, meaning);
     let duration = values.number(key)?;
     if form != Pulse::Step && duration == 0.0 {
-        values.refuse(key, " is no time", "make it larger than 0");
-        return None;
+        values.refuse(key, " is no time", "make it larger than 0")?;
     }
     Some(Force::Pulse { form, peak: values.number("load.force.peak")?, duration })
 }
 
-/// Times and forces, or the problems with them.
-///
-/// * `name`: the key that has them
 fn points(values: &mut Values<'_>, name: &str, folder: &Path) -> Option<Force> {
-    for key in ["peak", "duration", "rise"]
-        .map(|key| join(FORCE.path, key))
-        .iter()
-        .filter(|key| values.is_given(key))
-    {
-        values.problem(key, format!("`{key}` belongs to a pulse"), "leave it out");
+    for key in ["peak", "duration", "rise"] {
+        values.unwanted(&join(FORCE.path, key), " belongs to a pulse", "leave it out");
     }
     let file = values.checked.remove(name);
     let (points, help) = match file {
@@ -115,7 +89,6 @@ fn points(values: &mut Values<'_>, name: &str, folder: &Path) -> Option<Force> {
     Some(Force::Points(points))
 }
 
-/// What is wrong with times and forces.
 fn check(points: &[[f64; 2]]) -> Result<(), String> {
     if !(2..=MAX_LIST).contains(&points.len()) {
         return Err(format!("there are {} rows, allowed are 2 to {MAX_LIST}", points.len()));
@@ -127,7 +100,6 @@ fn check(points: &[[f64; 2]]) -> Result<(), String> {
     late.map_or(Ok(()), |row| Err(format!("time does not increase from row {} to row {}", row + 1, row + 2)))
 }
 
-/// Times and forces of a recording.
 fn read_drag(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
     let scales = system.scales.ok_or("this case has no units")?;
     let drags: Vec<Drag> = messages(path, "/drag", &[("unit.time", "s"), ("unit.force", "N")], MAX_LIST)?;
@@ -149,7 +121,6 @@ impl Load {
         }
     }
 
-    /// The impact that it is not.
     pub(super) fn impact() -> Impact {
         Impact { velocity: 0.0, contact: Rule::Load }
     }

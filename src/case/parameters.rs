@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    FrameSteps, Frames, Sensor, quantity,
+    FrameSteps, Frames, Sensor, numbers,
     rows::{self, LARGEST_CHANGE},
     values::Checked,
 };
@@ -229,9 +229,9 @@ impl Parameters {
     pub fn read_number(&self, dimension: Dimension, text: &str) -> Result<f64, String> {
         match self.scales {
             None => text.trim().parse().map_err(|_| "a number is needed".to_owned()),
-            Some(scales) => quantity::parse(text, dimension, self.geometry)
+            Some(scales) => numbers::parse(text, dimension, self.geometry)
                 .map(|si| scales.reduce(dimension, si))
-                .map_err(|_| format!("write {}", quantity::allowed(dimension, self.geometry))),
+                .map_err(|_| format!("write {}", numbers::allowed(dimension, self.geometry))),
         }
     }
 }

@@ -2,23 +2,20 @@
 
 use std::path::Path;
 
-use super::{bounds::MAX_LIST, system::System, values::Values};
+use super::{
+    numbers::{MAX_LIST, System},
+    values::Values,
+};
 use crate::{
     input::read_text,
     shape::{Head, Profile},
     units::Dimension,
 };
 
-/// What a file must look like.
 const FILE_HELP: &str = "a profile is a CSV file with two columns, headed r,f or in a physical case r [mm],f [mm], from the tip \
                          at 0,0 outwards; its path counts from the folder of the case";
-/// What points must look like.
 const POINTS_HELP: &str = "points go from the tip outwards: 0, 0 first, then r increasing and f ≥ 0";
 
-/// The head, or the problems with it.
-///
-/// * `radius`: of the body, if it is given
-/// * `folder`: of relative paths
 pub(super) fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<Head> {
     if !values.is_given("indenter.points") {
         let meaning = "a CSV file with the points r, f of the profile; or points, a list of pairs [r, f]";
@@ -49,13 +46,12 @@ pub(super) fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) 
     Some(Head::Profile(curve))
 }
 
-/// The curve through points.
 fn curve(points: &[[f64; 2]], system: &System) -> Result<Profile, String> {
     if points.len() > MAX_LIST {
         return Err(format!("there are {} points, at most {MAX_LIST} are allowed", points.len()));
     }
     Profile::new(points).map_err(|error| {
-        let Some(scales) = system.scales else { return error.to_string() };
+        let Some(scales) = system.scales else { return error };
         // the same error with the numbers of a physical case
         let in_si = points.iter().map(|point| point.map(|x| scales.expand(Dimension::Length, x)));
         let in_si = Profile::new(&in_si.collect::<Vec<_>>()).err().unwrap_or(error);

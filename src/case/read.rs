@@ -4,12 +4,11 @@ use std::path::Path;
 
 use super::{
     Body, Case, CaseBuilder, CaseErrors, Frames, Parameters, Record, Sizes, Target,
-    bounds::Bounds,
     document::Document,
     gauges, grading, indenter,
     keys::{BODY, SIZE},
-    load, sensors, striker,
-    system::Numbers,
+    load,
+    numbers::{Bounds, Numbers},
     target,
     values::{Checked, Values},
 };
@@ -29,10 +28,8 @@ const DEFAULT_PROBES: [f64; 5] = [0.0, 0.5, 0.9, 0.95, 0.99];
 /// Damping of waves along r in model `elastic`: it takes the noise of moving edges over soft targets down with the mesh. Less where
 /// that is not stable, from c_s/c_p = 0.8427 on.
 const DEFAULT_LATERAL_DAMPING: f64 = 0.5;
-/// Most characters of a title.
 const LONGEST_TITLE: usize = 1000;
 
-/// Reads and checks a case.
 pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let document = Document::new(&given);
     let mut values = Values::read(&document)?;
@@ -48,7 +45,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         }
     };
     if let (Some(indenter), Some(target)) = (&mut indenter, &target) {
-        indenter.striker = striker::striker(&mut values, indenter, target);
+        indenter.striker = target::striker(&mut values, indenter, target);
         if let Some(striker) = indenter.striker.as_ref().filter(|_| values.is_table(BODY.path)) {
             indenter.mass = striker.mass(values.system.geometry);
         }
@@ -106,12 +103,10 @@ fn check_title(values: &mut Values<'_>, name: &str) {
 /// The velocity V0 = √(2gh) of a fall.
 fn fall(values: &mut Values<'_>) {
     if values.system.numbers == Numbers::Physical && !values.is_given("impact.drop") {
-        values.need(
-            "impact.velocity",
-            "a speed such as \"5 m/s\"; or drop, the height of a fall, as \"0.5 m\"",
-        );
+        let meaning = "a speed such as \"5 m/s\"; or drop, the height of a fall, as \"0.5 m\"";
+        values.need("impact.velocity", meaning);
     }
-    let height = values.checked.remove("impact.drop").and_then(|height| height.as_float());
+    let height = values.take("impact.drop");
     let Some((height, scales)) = height.zip(values.system.scales) else { return };
     let si = (2.0 * STANDARD_GRAVITY * scales.expand(Dimension::Length, height)).sqrt();
     let velocity = scales.reduce(Dimension::Speed, si);
@@ -125,9 +120,6 @@ fn fall(values: &mut Values<'_>) {
 }
 
 /// What mesh and scheme leave open.
-///
-/// * `target`: a sound one
-/// * `indenter`: likewise
 fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
     let is_paper = values.get("mesh.kind") == Some(MeshKind::Paper);
     let is_elastic = values.model.has_shear();
@@ -166,13 +158,11 @@ fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option
     }
 }
 
-/// * `target`: a sound one
-/// * `indenter`: likewise
 fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
     let is_single = target.is_some_and(|target| target.layers.len() < 2);
-    if values.is_given("record.layer_tension") && is_single && values.layer_paths(BODY.path).len() < 2 {
-        let message = "`record.layer_tension` is of the interfaces of several layers, and the target has one";
-        values.problem("record.layer_tension", message, "leave it out, or give target.layer");
+    if is_single && values.layer_paths(BODY.path).len() < 2 {
+        let what = " is of the interfaces of several layers, and the target has one";
+        values.unwanted("record.layer_tension", what, "leave it out, or give target.layer");
     }
     let fields = values.get::<Vec<Field>>("record.fields").unwrap_or_default();
     let lacks = |field: &&Field| !field.belongs_to(values.model);
@@ -208,7 +198,7 @@ fn check_record(values: &mut Values<'_>, target: Option<&Target>, indenter: Opti
     if indenter.is_some() {
         gauges::check_depths(values, target.and_then(|target| target.thickness), height);
     }
-    sensors::check(values, target);
+    gauges::check_sensors(values, target);
     if values.number("record.playback_rate").is_none() {
         let end_time = values.number("run.end_time").unwrap_or(1.0);
         let rate = values.system.scales.map_or(1.0, |scales| {
@@ -229,8 +219,8 @@ fn record(values: &Values<'_>) -> Option<Record> {
         probes: values.get("record.probes").unwrap_or_default(),
         layer_tension: values.number("record.layer_tension").unwrap_or_default(),
         points: values.get("record.points").unwrap_or_default(),
-        lines: gauges::lines(values),
-        sensors: sensors::sensors(values),
+        lines: values.get("record.lines").unwrap_or_default(),
+        sensors: gauges::sensors(values),
         fields: values.get("record.fields")?,
         r_max: values.number("record.r_max").unwrap_or(f64::INFINITY),
         field_every: values.get("record.field_every").unwrap_or(1),
@@ -259,16 +249,17 @@ impl Parameters {
         }
         if !values.is_given("record.probes") {
             self.record.probes = self.default_probes().to_vec();
-            values.set("record.probes", self.record.probes.clone());
         }
         if !values.is_given("record.r_max") {
             self.record.r_max = self.default_r_max();
-            values.set("record.r_max", self.record.r_max);
         }
         if !values.is_given("record.field_every") {
             self.record.field_every = self.default_field_every();
-            values.set("record.field_every", self.record.field_every as i64);
         }
+        let Record { probes, r_max, field_every, .. } = &self.record;
+        values.set("record.probes", probes.clone());
+        values.set("record.r_max", *r_max);
+        values.set("record.field_every", *field_every as i64);
         // what stands for nothing, or, as the mass of layers, follows from other keys
         let Self { target, record, .. } = self;
         for (name, is_silent) in [
@@ -294,8 +285,6 @@ impl Parameters {
         let unit = self.scales.map_or(1.0, |scales| scales.of(Dimension::Length));
         let radius = self.likely_radius() * unit;
         let rounded = |share: f64| format!("{:.2e}", share * radius).parse::<f64>().expect("a number");
-        let reduced =
-            |length: f64| self.scales.map_or(length, |scales| scales.reduce(Dimension::Length, length));
-        DEFAULT_PROBES.map(|share| reduced(rounded(share)))
+        DEFAULT_PROBES.map(|share| rounded(share) / unit)
     }
 }

@@ -9,7 +9,7 @@ use toml::Value;
 use super::{
     Parameters,
     keys::{Kind, LOAD, MATERIAL, OF_INDENTER, ROOT, SECTIONS, Section},
-    system::{Numbers, System},
+    numbers::{Numbers, System},
     values::join,
 };
 use crate::units::Dimension;
@@ -32,9 +32,9 @@ impl Serialize for Part {
 }
 
 /// A value as the case has it, its numbers in the units of the case.
-fn written(value: &Value, kind: &Kind, system: &System) -> Value {
+fn written(value: &Value, kind: &Kind, system: System) -> Value {
     match (value, kind.dimension()) {
-        (Value::Float(x), Some(dimension)) => system.written(dimension, *x),
+        (Value::Float(x), Some(dimension)) => kind.system(system).written(dimension, *x),
         (Value::Array(list), _) => {
             let of = |i: usize| match kind {
                 Kind::List { of, .. } => of,
@@ -52,9 +52,7 @@ fn written(value: &Value, kind: &Kind, system: &System) -> Value {
 }
 
 impl Parameters {
-    /// The values of a section.
     fn section(&self, section: &Section, path: &str) -> Part {
-        let system = section.system(self.system());
         let part = |name: &'static str| {
             let full = join(path, name);
             let kind = &section.keys.iter().find(|row| row.name == name)?.kind;
@@ -65,14 +63,13 @@ impl Parameters {
                 }
                 (Kind::Table(of) | Kind::NameOr(_, of), Value::Table(_)) => self.section(of, &full),
                 (Kind::Material, _) => self.section(&MATERIAL, &full),
-                (kind, value) => Part::Value(written(value, kind, &system)),
+                (kind, value) => Part::Value(written(value, kind, self.system())),
             };
             Some((name, part))
         };
         Part::Table(section.names().into_iter().filter_map(part).collect())
     }
 
-    /// The case.
     fn parts(&self) -> Part {
         let Part::Table(mut parts) = self.section(&ROOT, "") else { unreachable!("a section is a table") };
         let is_of_this = |section: &&Section| match self.load {
@@ -122,7 +119,6 @@ impl Parameters {
         self.system().written(dimension, x)
     }
 
-    /// The system of its numbers.
     pub(super) fn system(&self) -> System {
         let numbers = if self.scales.is_some() { Numbers::Physical } else { Numbers::Dimensionless };
         System { numbers, geometry: self.geometry, scales: self.scales }

@@ -80,7 +80,8 @@ impl Stack {
     pub fn new(case: &Parameters) -> Self {
         let overhangs = case.bodies().flat_map(|body| {
             let last = body.computed().len() - 1;
-            (0..=last).map(move |number| if number == last { body.back.overhang() } else { 0.0 })
+            let of_last = if body.thickness.is_some() { body.back.overhang() } else { 0.0 };
+            (0..=last).map(move |number| if number == last { of_last } else { 0.0 })
         });
         Self {
             model: case.model,
@@ -113,18 +114,20 @@ impl Stack {
             (Some(number), what, String::new())
         };
         let fit = |largest| {
-            let LayerSteps { dt, steps, rows, changes } =
+            let LayerSteps { dt, steps, changes } =
                 LayerSteps::fit(&transits, largest).map_err(|number| thin(self.number(number), FEWEST))?;
             let slip = self.layers[0].lateral_speed(self.model, 1.0) * self.slack * dt;
-            let mut finite = steps.into_iter().zip(rows).zip(changes);
-            let sizes = |layer: &TargetLayer| {
-                let half_space = ((FEWEST, FEWEST as f64), 0.0);
+            let mut finite = steps.into_iter().zip(changes);
+            let sizes = |(layer, overhang): (&TargetLayer, &f64)| {
                 let fitted = layer.thickness.and_then(|_| finite.next());
-                let ((steps, rows), speed_change) = fitted.unwrap_or(half_space);
-                let dz = layer.thickness.map_or(layer.wave_speed * dt, |thickness| thickness / rows);
-                LayerSizes { steps, overhang: rows - steps as f64, dz, speed_change, heights: Vec::new() }
+                let (steps, speed_change) = fitted.unwrap_or((FEWEST, 0.0));
+                let mut sizes =
+                    LayerSizes { steps, overhang: *overhang, speed_change, ..LayerSizes::default() };
+                sizes.dz =
+                    layer.thickness.map_or(layer.wave_speed * dt, |thickness| thickness / sizes.rows());
+                sizes
             };
-            let layers: Vec<_> = self.layers.iter().map(sizes).collect();
+            let layers: Vec<_> = self.layers.iter().zip(&self.overhangs).map(sizes).collect();
             let speed = lateral_speed(self.model, &self.layers[..self.of_target], &layers, dt);
             Ok(Rows { dr: dr(Some(slip)), dt, speed, layers })
         };
@@ -235,10 +238,11 @@ mod tests {
     /// Settings of layers, each with its thickness and wave speed.
     fn stack(model: &str, cells: usize, layers: &[(f64, f64)]) -> Result<Case, String> {
         let layer = |(i, (thickness, speed)): (usize, &(f64, f64))| {
-            let shear = if i == 0 { "shear_wave_speed = 0.5, " } else { "" };
-            let speed =
-                if i == 0 { String::new() } else { format!(", wave_speed = {speed:?}, density = 2.0") };
-            format!("{{ {shear}thickness = {thickness:?}{speed} }}")
+            let own = match i {
+                0 => "shear_wave_speed = 0.5".to_owned(),
+                _ => format!("wave_speed = {speed:?}, density = 2.0"),
+            };
+            format!("{{ thickness = {thickness:?}, {own} }}")
         };
         let layers: Vec<String> = layers.iter().enumerate().map(layer).collect();
         let text = format!(

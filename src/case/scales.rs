@@ -6,11 +6,10 @@ use toml::{
 };
 
 use super::{
-    document::{table, text},
+    document::{table, table_mut, text},
     keys::{Kind, LENGTH_UNIT, LOAD, MATERIAL, MAX_LAYERS},
-    quantity,
+    numbers::{Numbers, parse},
     rows::LARGEST_CHANGE,
-    system::{Numbers, System},
     values::{Values, join},
 };
 use crate::{
@@ -22,30 +21,29 @@ use crate::{
 
 impl<'d> Values<'d> {
     /// Dimensionless or physical: as the struck layer has a ratio of wave speeds or a material, whose scales are read first.
-    pub fn choose_system(&mut self, root: &mut DeTable<'d>) {
-        let Some(DeValue::Table(target)) = root.get_mut("target").map(Spanned::get_mut) else { return };
-        let (struck, path) = match target.contains_key("layer") {
-            true => {
-                let Some(DeValue::Array(layers)) = target.get_mut("layer").map(Spanned::get_mut) else {
-                    return;
-                };
-                if layers.len() > MAX_LAYERS {
-                    return;
-                }
-                for (number, layer) in (1..).zip(layers.iter()) {
-                    self.mark(&format!("target.layer.{number}"), layer.span());
-                }
-                let Some(DeValue::Table(struck)) = layers.first_mut().map(Spanned::get_mut) else { return };
-                (struck, "target.layer.1")
+    pub fn choose_system(&mut self, root: &mut DeTable<'d>) -> Option<()> {
+        let target = table_mut(root, "target")?;
+        let (struck, path) = if target.contains_key("layer") {
+            let DeValue::Array(layers) = target.get_mut("layer")?.get_mut() else { return None };
+            if layers.len() > MAX_LAYERS {
+                return None;
             }
-            false => (target, "target"),
+            for (number, layer) in (1..).zip(layers.iter()) {
+                self.mark(&format!("target.layer.{number}"), layer.span());
+            }
+            match layers.first_mut()?.get_mut() {
+                DeValue::Table(struck) => (struck, "target.layer.1"),
+                _ => return None,
+            }
+        } else {
+            (target, "target")
         };
         self.system.numbers = match ["shear_wave_speed", "material"].map(|key| struck.contains_key(key)) {
             [true, false] => Numbers::Dimensionless,
             [false, true] => Numbers::Physical,
-            _ => return,
+            _ => return None,
         };
-        let Some(material) = struck.remove("material") else { return };
+        let material = struck.remove("material")?;
         let name = join(path, "material");
         self.mark(&name, material.span());
         self.read_material(&name, &material);
@@ -58,6 +56,7 @@ impl<'d> Values<'d> {
             speed: elastic.wave_speeds().0,
             density: elastic.density,
         });
+        Some(())
     }
 
     /// Bound of c_s/c_p: in the full theory the bulk modulus is positive, c_s²/c_p² < 3/4. Where wave speeds of layers are changed,
@@ -81,40 +80,37 @@ impl<'d> Values<'d> {
         match (own, given) {
             (Some((own, ..)), Some(_)) => {
                 let message = format!(" is given, but {section}.{own} is the unit of length");
-                self.refuse("length_unit", &message, "leave length_unit out");
+                self.refuse("length_unit", &message, "leave length_unit out")?;
                 None
             }
             // what is wrong with it is reported where it is read
             (Some((own, presses, place)), None) => {
                 let written = text(presses, own)?;
-                let si = quantity::parse(written, Dimension::Length, self.system.geometry).ok();
+                let si = parse(written, Dimension::Length, self.system.geometry).ok();
                 let length = si.filter(|si| *si > 0.0)? / if own == "diameter" { 2.0 } else { 1.0 };
-                if !LENGTH_UNIT.contain(length) {
-                    let message = format!("`{section}.{own}` = \"{written}\" cannot be the unit of length");
-                    let help = format!("allowed: {}", LENGTH_UNIT.in_unit(1.0, "m"));
-                    self.document.problem(place, message, help);
+                if LENGTH_UNIT.contain(length) {
+                    return Some(length);
                 }
-                Some(length).filter(|length| LENGTH_UNIT.contain(*length))
+                let message = format!("`{section}.{own}` = \"{written}\" cannot be the unit of length");
+                self.document.problem(place, message, format!("allowed: {}", LENGTH_UNIT.in_unit(1.0, "m")));
+                None
             }
             (None, Some(value)) => {
-                let kind = Kind::Quantity(Dimension::Length, LENGTH_UNIT);
-                let length = self.read_value(&kind, "length_unit", &value, &System::si())?;
+                let kind = Kind::Si(Dimension::Length, LENGTH_UNIT);
+                let length = self.read_value(&kind, "length_unit", &value)?;
                 // in units of itself
                 self.set("length_unit", 1.0);
                 length.as_float()
             }
             (None, None) => {
                 // another shape lacks its radius, which is the unit
-                if self.is_loaded {
-                    self.need(
-                        "length_unit",
-                        "the unit of length, such as \"10 mm\", as the load is on a point",
-                    );
-                } else if self.shape.as_deref().is_some_and(|shape| ["cone", "profile"].contains(&shape)) {
-                    let meaning =
-                        "the unit of length, such as \"10 mm\", as the indenter has no radius or nose_radius";
-                    self.need("length_unit", meaning);
-                }
+                let is_sharp = matches!(self.shape.as_deref(), Some("cone" | "profile"));
+                let reason = match self.is_loaded {
+                    true => "the load is on a point",
+                    false if is_sharp => "the indenter has no radius or nose_radius",
+                    false => return None,
+                };
+                self.need("length_unit", &format!("the unit of length, such as \"10 mm\", as {reason}"));
                 None
             }
         }
@@ -131,7 +127,7 @@ impl<'d> Values<'d> {
             DeValue::String(_) => Kind::Preset,
             _ => Kind::Text("the name of a material, or a table of constants"),
         };
-        let Some(name) = self.read_value(&kind, path, value, &System::si()) else { return };
+        let Some(name) = self.read_value(&kind, path, value) else { return };
         let Some(preset) = name.as_str().and_then(Preset::find) else { return };
         let strengths = STRENGTHS.into_iter().zip(preset.strengths.all());
         let strengths = strengths.filter_map(|(key, strength)| Some((key, strength?)));

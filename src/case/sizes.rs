@@ -13,9 +13,7 @@ use crate::{
     units::Dimension,
 };
 
-/// Largest number of steps of a run.
 const MAX_STEPS: f64 = 1e8;
-/// Largest number of nodes.
 const MAX_NODES: f64 = 1e9;
 /// Largest number of displacements in memory, 24 GB: three levels of as many nodes, or of half as many in the full theory.
 const MAX_NUMBERS: f64 = 3e9;
@@ -111,8 +109,7 @@ impl Parameters {
                 Some(_) => "smaller or mesh.grading larger",
                 None => "or run.end_time smaller",
             };
-            values.problem(key, message, format!("allowed: at most {most:e}; make {key} {or}"));
-            return None;
+            values.problem(key, message, format!("allowed: at most {most:e}; make {key} {or}"))?;
         }
         Some(Sizes {
             dr,
@@ -137,7 +134,6 @@ impl Parameters {
         })
     }
 
-    /// Spacings of a mesh of equal cells.
     fn rows(&self, values: &Values<'_>) -> Option<Rows> {
         let computed = self.target.computed();
         let cells = self.mesh.cells;
@@ -175,8 +171,7 @@ impl Parameters {
         if let Some(rows) = layer_rows.filter(|rows| *rows < fewest) {
             let what = format!(": the layer has {rows} rows of cells, too few for {reason}");
             let help = format!("allowed: at least {fewest}; make mesh.cells or {name} larger");
-            values.refuse(&name, &what, &help);
-            return None;
+            values.refuse(&name, &what, &help)?;
         }
         let (steps, overhang) = (layer_rows.unwrap_or(0), self.target.back.overhang());
         let layers = vec![LayerSizes { steps, overhang, dz, ..LayerSizes::default() }];
@@ -184,7 +179,7 @@ impl Parameters {
     }
 
     /// Notes why several layers have no rows.
-    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack, (number, what, allowed): NoRows) {
+    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack, (number, what, allowed): NoRows) -> Option<()> {
         let Some(number) = number else { return values.problem("mesh.cells", what, allowed) };
         let finer = match stack.finer(self.mesh.cells, LARGEST_CHANGE) {
             Some(cells) => format!("mesh.cells = {cells} would do"),
@@ -199,10 +194,9 @@ impl Parameters {
             }
             _ => values.layer_paths("target").swap_remove(self.target.first_of(number)),
         };
-        values.refuse(&format!("{layer}.thickness"), &what, &(allowed + &finer));
+        values.refuse(&format!("{layer}.thickness"), &what, &(allowed + &finer))
     }
 
-    /// Number of the last step.
     fn steps(&self, values: &Values<'_>, dt: f64) -> Option<f64> {
         let steps = (self.run.end_time / dt).round();
         if !(1.0..=MAX_STEPS).contains(&steps) {
@@ -218,8 +212,7 @@ impl Parameters {
             let help = format!(
                 "allowed: 1 to {MAX_STEPS:e} steps, from {least} to {most}; mesh.cells changes the step"
             );
-            values.refuse("run.end_time", &what, &help);
-            return None;
+            values.refuse("run.end_time", &what, &help)?;
         }
         // log times are nanoseconds in 64 bits; half of that range is 292 years
         let rate = self.record.playback_rate;
@@ -228,8 +221,7 @@ impl Parameters {
             let what = format!(
                 " with `record.playback_rate` = {rate:?} puts the end of the run more than 292 years away"
             );
-            values.refuse("run.end_time", &what, "make record.playback_rate or run.end_time smaller");
-            return None;
+            values.refuse("run.end_time", &what, "make record.playback_rate or run.end_time smaller")?;
         }
         Some(steps)
     }
@@ -267,8 +259,7 @@ impl Parameters {
                 let name =
                     if values.is_given(name) || name == "target.radius" { name } else { "indenter.radius" };
                 let what = format!("`{name}` is less than five columns of the mesh");
-                values.problem(name, what, format!("make it or {key} larger"));
-                return None;
+                values.problem(name, what, format!("make it or {key} larger"))?;
             }
         }
         let apart = self.target.radius.zip(striker).map_or(0.0, |(target, striker)| (target - striker).abs());
@@ -276,14 +267,11 @@ impl Parameters {
             let [step, apart] = [dr, apart].map(|length| self.units().length.text(length));
             let message =
                 format!("target and indenter differ by {apart} in radius, and columns of the mesh by {step}");
-            values.problem("target.radius", message, "make the radii equal, or the mesh finer");
-            return None;
+            values.problem("target.radius", message, "make the radii equal, or the mesh finer")?;
         }
         if let Some(radius) = self.target.radius {
-            if values.is_given("mesh.outer_radius") {
-                let what = " is given, but the target ends at target.radius";
-                values.problem("mesh.outer_radius", format!("`mesh.outer_radius`{what}"), "leave it out");
-            }
+            let what = " is given, but the target ends at target.radius";
+            values.unwanted("mesh.outer_radius", what, "leave it out");
             self.record.check_radii(values, radius, reach)?;
             return Some(radius);
         }
@@ -295,14 +283,11 @@ impl Parameters {
             return Some(given);
         }
         // no number that is refused is offered
-        let [reach, least] = [contact_reach, 1.001 * least].map(|r| match self.scales {
-            None => format!("{r:.4}"),
-            Some(_) => self.units().length.text(r),
-        });
+        let [reach, least] = [contact_reach, 1.001 * least].map(|r| self.units().length.text(r));
         let help = format!(
             "contact reaches r = {reach}; allowed: at least {least}, or leave the key out to have it derived"
         );
-        values.refuse("mesh.outer_radius", " leaves no nodes beside the contact", &help);
+        values.refuse("mesh.outer_radius", " leaves no nodes beside the contact", &help)?;
         None
     }
 }

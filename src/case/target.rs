@@ -1,13 +1,18 @@
-//! The target: its layers, or its only one.
+//! Bodies of layers: the target, and an indenter that gives, `indenter.body`, in short or with layers of its own.
 
-use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, values::Values};
+use super::{
+    Body, Striker, Target, TargetLayer,
+    keys::{BODY, RELATIVE},
+    numbers::{Numbers, TINY},
+    values::Values,
+};
 use crate::{
+    contact::Rule,
+    geometry::Geometry,
     grid::{Back, Bond, Rim},
-    material::{Elastic, Material, PRESETS, Preset, Stiffness, Strengths, Waves},
-    units::Scales,
+    material::{Elastic, Material, PRESETS, Stiffness, Strengths, Waves},
 };
 
-/// The target, or the problems with it.
 pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     let has_free_back = values.get("target.back") == Some(Back::Free);
     let layers = layers(values, "target", None, has_free_back)?;
@@ -18,15 +23,81 @@ pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
         values.rename_only_layer();
     }
     let (back, radius) = (values.get("target.back")?, values.number("target.radius"));
-    if radius.is_none() && values.is_given("target.rim") {
-        values.problem(
-            "target.rim",
-            "`target.rim` is given, but the target has no end",
-            "give target.radius",
-        );
+    if radius.is_none() {
+        values.unwanted("target.rim", " is given, but the target has no end", "give target.radius");
     }
     let rim = values.get("target.rim").unwrap_or(Rim::Free);
     Some(Target { thickness, material, layers, back, radius, rim })
+}
+
+/// The body of an indenter that gives; none of a rigid one, or after a problem.
+///
+/// * `indenter`: head, radius, mass and material
+/// * `target`: what it strikes
+pub(super) fn striker(values: &mut Values<'_>, indenter: &Body, target: &Target) -> Option<Striker> {
+    let has_layers = values.is_table(BODY.path);
+    if !has_layers && values.get::<String>("indenter.body").as_deref() != Some("elastic") {
+        return None;
+    }
+    if values.get("impact.contact") == Some(Rule::Prescribed) {
+        let what = " gives the motion of the surface, which an indenter that gives does not";
+        values.refuse("impact.contact", what, "use another contact rule, or leave indenter.body out");
+    }
+    let Some(radius) = values.number("indenter.body.radius").or(indenter.radius) else {
+        let key = if has_layers { "indenter.body.radius" } else { "indenter.radius" };
+        values.need(key, "the radius of the body, as the head has none");
+        return None;
+    };
+    let struck = target.layers.first()?;
+    let (layers, weight) = match has_layers {
+        true => {
+            let meaning = "its layers, from the nose up, as [[indenter.body.layer]]; or body = \"elastic\"";
+            values.need("indenter.body.layer", meaning);
+            values.count("indenter.body.layer")?;
+            let weight = values.number("indenter.body.back.mass");
+            let layers = layers(values, BODY.path, Some(struck), false)?;
+            if weight.is_some() && layers.last()?.thickness.is_none() {
+                let what = " is given, but the last layer is a half-space, which has no back";
+                values.unwanted("indenter.body.back", what, "leave it out, or give the layer a thickness");
+            }
+            (layers, weight)
+        }
+        false => (vec![whole(values, indenter, radius)?], None),
+    };
+    let thickness = layers.iter().map(|layer| layer.thickness).sum();
+    let material = Material { shear_wave_speed: struck.waves.shear, si: struck.si };
+    let back = if weight.is_some() { Back::Rigid } else { Back::Free };
+    // one guide holds both
+    let rim = if target.radius.is_some() { target.rim } else { Rim::Free };
+    let body = Target { thickness, material, layers, back, radius: Some(radius), rim };
+    Some(Striker { body, weight })
+}
+
+/// A body of the indenter's material, as long as its mass asks: `M = γπa²L`, in the plane `M = γaL` of the half x ≥ 0.
+fn whole(values: &Values<'_>, indenter: &Body, radius: f64) -> Option<TargetLayer> {
+    let Some((preset, scales)) = indenter.material.zip(values.system.scales) else {
+        let help = "give indenter.material, or the layers of the body: [[indenter.body.layer]]";
+        values.refuse("indenter.body", ", but its material is not known", help);
+        return None;
+    };
+    if indenter.mass.is_infinite() {
+        let help = "give indenter.mass, or the layers of the body, the last of which may be a half-space";
+        values.refuse("indenter.body", ", but its mass is not known", help)?;
+    }
+    let unit = (scales.density, scales.speed);
+    let layer = TargetLayer::of(preset.name.into(), preset.elastic(), unit, preset.strengths);
+    let area = values.system.geometry.area(radius);
+    Some(TargetLayer { thickness: Some(indenter.mass / (layer.density * area)), ..layer })
+}
+
+impl Striker {
+    /// Mass of its layers and of what is bonded to its back; infinite of a half-space \[πγR³; plane γR²\].
+    pub fn mass(&self, geometry: Geometry) -> f64 {
+        let area = geometry.area(self.body.radius.unwrap_or_default());
+        let layers = self.body.layers.iter();
+        let layers = layers.map(|layer| layer.thickness.map_or(f64::INFINITY, |h| layer.density * area * h));
+        layers.sum::<f64>() + self.weight.unwrap_or_default()
+    }
 }
 
 /// All layers of a body; none after a problem with one.
@@ -51,12 +122,8 @@ pub(super) fn layers(
         let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
         let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
         let bond_strength = values.bond_strength(&format!("{path}.bond_strength"));
-        layers.extend(constants.zip(thickness).map(|(layer, thickness)| TargetLayer {
-            thickness,
-            bond,
-            bond_strength,
-            ..layer
-        }));
+        let layer = |(layer, thickness)| TargetLayer { thickness, bond, bond_strength, ..layer };
+        layers.extend(constants.zip(thickness).map(layer));
     }
     (layers.len() == count).then_some(layers)
 }
@@ -64,24 +131,21 @@ pub(super) fn layers(
 impl TargetLayer {
     /// A layer of a material, as thick as a half-space and welded.
     ///
-    /// * `scales`: of the struck layer
-    pub(super) fn of(preset: &Preset, scales: &Scales) -> Self {
-        let si = preset.elastic();
+    /// * `unit`: density \[kg/m³\] and wave speed \[m/s\] of the struck layer
+    fn of(name: String, si: Elastic, unit: (f64, f64), strengths: Strengths) -> Self {
         let (c_p, c_s) = si.wave_speeds();
-        let [wave_speed, shear] = [c_p, c_s].map(|speed| speed / scales.speed);
-        let constants = (si.density / scales.density, wave_speed, shear, si.stiffness());
-        Self::new(preset.name.into(), Some(si), constants, preset.strengths)
+        let constants = (si.density / unit.0, c_p / unit.1, c_s / unit.1, si.stiffness());
+        Self { si: Some(si), strengths, ..Self::dimensionless(name, constants) }
     }
 
     /// * `density`, `wave_speed`, `shear`: in units of the struck layer
-    fn new(
+    fn dimensionless(
         name: String,
-        si: Option<Elastic>,
         (density, wave_speed, shear, stiffness): (f64, f64, f64, Stiffness),
-        strengths: Strengths,
     ) -> Self {
         let waves = Waves { impedance: density * wave_speed, shear };
-        let (thickness, bond, bond_strength) = (None, Bond::Welded, None);
+        let (thickness, si, bond, bond_strength) = (None, None, Bond::Welded, None);
+        let strengths = Strengths::default();
         Self { name, thickness, si, density, wave_speed, waves, stiffness, bond, strengths, bond_strength }
     }
 }
@@ -97,36 +161,35 @@ fn constants(
 ) -> Option<TargetLayer> {
     let [ratio, material, density, wave_speed] =
         ["shear_wave_speed", "material", "density", "wave_speed"].map(|key| format!("{path}.{key}"));
-    let (si, density, wave_speed, shear, stiffness) = match values.system.numbers {
+    let name = format!("layer {}", i + 1);
+    match values.system.numbers {
         Numbers::Unclear => {
             if struck.is_none() && i == 0 && !values.is_given(&material) {
                 need_material(values, &ratio, &material);
             }
-            return None;
+            None
         }
         Numbers::Physical => {
             values.need(&material, "its material, as the first layer makes the case physical");
             let si = values.elastic(&material)?;
-            let ((c_p, c_s), stiffness) = (si.wave_speeds(), si.stiffness());
-            check_ratio(values, &material, stiffness.slowness());
-            if !values.model.has_shear() && !stiffness.is_isotropic() {
-                let message = format!("`{material}` is not alike in all directions");
+            check_ratio(values, &material, si.stiffness().slowness());
+            if !values.model.has_shear() && !si.stiffness().is_isotropic() {
+                let what = " is not alike in all directions";
                 let help = "set model = \"elastic\": the simplified theory has one displacement";
-                values.problem(&material, message, help);
+                values.problem(&material, format!("`{material}`{what}"), help);
             }
-            let unit = match struck {
-                None => si,
-                Some(struck) => struck.si?,
-            };
-            let (unit_speed, _) = unit.wave_speeds();
-            let (density, wave_speed) = (si.density / unit.density, c_p / unit_speed);
-            for (noun, ratio) in [("density", density), ("wave speed", wave_speed)] {
+            let unit = struck.map_or(Some(si), |struck| struck.si)?;
+            let preset = PRESETS.iter().find(|preset| si == preset.elastic());
+            let name = preset.map_or(name, |preset| preset.name.into());
+            let strengths = values.strengths(&material);
+            let layer = TargetLayer::of(name, si, (unit.density, unit.wave_speeds().0), strengths);
+            for (noun, ratio) in [("density", layer.density), ("wave speed", layer.wave_speed)] {
                 if !RELATIVE.contain(ratio) {
                     let message = format!("`{material}` has {ratio:e} times the {noun} of the first layer");
                     values.problem(&material, message, format!("allowed: {RELATIVE}"));
                 }
             }
-            (Some(si), density, wave_speed, c_s / unit_speed, stiffness)
+            Some(layer)
         }
         Numbers::Dimensionless => {
             let number = |name: &str, default: Option<f64>| match values.is_given(name) {
@@ -134,26 +197,23 @@ fn constants(
                 false => default,
             };
             let shear = number(&ratio, struck.map(|struck| struck.waves.shear));
-            let [relative_density, relative_speed] =
-                [&density, &wave_speed].map(|name| number(name, Some(1.0)));
-            for (name, number) in [(&density, relative_density), (&wave_speed, relative_speed)] {
+            let relative = [&density, &wave_speed].map(|name| (name, number(name, Some(1.0))));
+            for (name, number) in relative {
                 if struck.is_none() && number.is_some_and(|number| number != 1.0) {
                     let help =
                         "allowed: 1, as the first layer is the unit of the others; or leave the key out";
                     values.refuse(name, " is not possible", help);
                 }
             }
-            let (shear, relative_speed) = (shear?, relative_speed?);
+            let [(_, density), (_, speed)] = relative;
+            let (shear, speed) = (shear?, speed?);
             let key = if values.is_given(&ratio) { &ratio } else { &wave_speed };
-            check_ratio(values, key, shear / relative_speed);
+            check_ratio(values, key, shear / speed);
             values.set(&ratio, shear);
-            (None, relative_density?, relative_speed, shear, Stiffness::isotropic(shear / relative_speed))
+            let stiffness = Stiffness::isotropic(shear / speed);
+            Some(TargetLayer::dimensionless(name, (density?, speed, shear, stiffness)))
         }
-    };
-    let preset = PRESETS.iter().find(|preset| si == Some(preset.elastic()));
-    let name = preset.map_or_else(|| format!("layer {}", i + 1), |preset| preset.name.into());
-    let constants = (density, wave_speed, shear, stiffness);
-    Some(TargetLayer::new(name, si, constants, values.strengths(&material)))
+    }
 }
 
 /// Notes that the struck layer has neither a ratio of wave speeds nor a material.
@@ -193,15 +253,13 @@ fn check_ratio(values: &Values<'_>, name: &str, ratio: f64) {
 /// * `path`: of the layer
 /// * `above`: number of layers above
 fn check_bond(values: &Values<'_>, path: &str, above: usize) {
-    let [name, strength] = &["bond", "bond_strength"].map(|key| format!("{path}.{key}"));
-    for name in [name, strength].into_iter().filter(|name| above == 0 && values.is_given(name)) {
-        let message = format!("`{name}` is given, but nothing is above the first layer");
-        values.problem(name, message, "leave the key out");
-    }
-    if above > 0 && values.get(name) == Some(Bond::Sliding) && !values.model.has_shear() {
-        let message = format!("`{name}` = \"sliding\" needs model = \"elastic\"");
+    let names = ["bond", "bond_strength"].map(|key| format!("{path}.{key}"));
+    if above == 0 {
+        let what = " is given, but nothing is above the first layer";
+        names.iter().for_each(|name| values.unwanted(name, what, "leave the key out"));
+    } else if values.get(&names[0]) == Some(Bond::Sliding) && !values.model.has_shear() {
         let help = "leave the key out: the simplified theory has no displacements along the layers";
-        values.problem(name, message, help);
+        values.refuse(&names[0], " needs model = \"elastic\"", help);
     }
 }
 

@@ -17,7 +17,7 @@ use super::{
     document::{Document, Span, table, text},
     errors::is_alike,
     keys::{Absent, DEPTH, Key, Kind, LENGTH, LOAD, OF_INDENTER, ROOT, SECTIONS, SHAPES, SIZE, Section, Who},
-    system::{Numbers, System},
+    numbers::{Numbers, System},
 };
 use crate::{
     geometry::Geometry,
@@ -96,8 +96,7 @@ impl<'d> Values<'d> {
                 }
             }
             let is_absent = if values.is_loaded { of_indenter } else { section.path == LOAD };
-            let (kind, system) = (Kind::Table(section), values.system);
-            let read = |value| values.read_value(&kind, section.path, &value, &system);
+            let read = |value| values.read_value(&Kind::Table(section), section.path, &value);
             if !is_absent && value.and_then(read).is_none() {
                 values.read_section(section, section.path, DeTable::new());
             }
@@ -141,7 +140,6 @@ impl<'d> Values<'d> {
 
     /// Reads the keys of a section, and completes it.
     pub fn read_section(&mut self, section: &Section, path: &str, table: DeTable<'d>) {
-        let system = section.system(self.system);
         for (key, value) in &table {
             self.places.insert(join(path, key.get_ref()), value.span());
         }
@@ -158,7 +156,7 @@ impl<'d> Values<'d> {
                         self.problem(&name, message, "keep one of them");
                     }
                     None => {
-                        let value = self.read_value(&row.kind, &name, &value, &system);
+                        let value = self.read_value(&row.kind, &name, &value);
                         self.checked.extend(value.map(|value| (name, value)));
                     }
                 },
@@ -168,7 +166,7 @@ impl<'d> Values<'d> {
             let name = join(path, row.name);
             match row.absent {
                 _ if self.is_given(&name) || self.rival(row, path).is_some() => {}
-                Absent::Required => self.need(&name, &row.kind.allowed(&system)),
+                Absent::Required => self.need(&name, &row.kind.allowed(&row.kind.system(self.system))),
                 Absent::Value(text) => {
                     self.checked.insert(name, text.parse().expect("TOML in the table of keys"));
                 }
@@ -231,14 +229,8 @@ impl<'d> Values<'d> {
     }
 
     /// The dimensionless value of a key; none after a problem, or if it is in keys of its own.
-    pub fn read_value(
-        &mut self,
-        kind: &Kind,
-        name: &str,
-        value: &Spanned<DeValue<'d>>,
-        system: &System,
-    ) -> Option<Value> {
-        let place = value.span();
+    pub fn read_value(&mut self, kind: &Kind, name: &str, value: &Spanned<DeValue<'d>>) -> Option<Value> {
+        let (place, system) = (value.span(), kind.system(self.system));
         match (kind, value.get_ref()) {
             (Kind::Material, _) => {
                 if system.numbers != Numbers::Unclear {
@@ -261,74 +253,72 @@ impl<'d> Values<'d> {
             _ => {}
         }
         let given = format!("`{name}` = {}", short(self.document.written(&place)));
-        let read = match (kind, plain(value)) {
-            (Kind::Preset, Some(Value::String(text))) => {
-                let Some(preset) = Preset::find(&text) else {
-                    let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-                    let help =
-                        format!("allowed: {}; `percuss materials` lists their constants", names.join(", "));
+        let number = plain(value);
+        let read = match (kind, value.get_ref()) {
+            // an integer that is too large, in a list or alone
+            _ if number.is_none() => None,
+            (Kind::Preset, DeValue::String(text)) => {
+                let Some(preset) = Preset::find(text) else {
+                    let names = PRESETS.map(|preset| preset.name).join(", ");
+                    let help = format!("allowed: {names}; `percuss materials` lists their constants");
                     return self.note(place, format!("{given} is no material known here"), help);
                 };
                 Some(preset.name.into())
             }
-            (Kind::Text(_), text @ Some(Value::String(_))) => text,
-            (Kind::Name(names) | Kind::NameOr(names, _), Some(Value::String(text))) => {
-                if !names.contains(&text.as_str()) {
+            (Kind::Name(names) | Kind::NameOr(names, _), DeValue::String(text)) => {
+                if !names.contains(&text.as_ref()) {
                     let message = format!("`{name}`: unknown value `{text}`");
                     return self.note(place, message, format!("allowed: {}", names.join(", ")));
                 }
-                Some(text.into())
+                number
             }
-            (Kind::Choice(numbers), Some(Value::Integer(number))) => {
-                numbers.contains(&number).then_some(Value::Integer(number))
+            (Kind::Text(_), DeValue::String(_)) => number,
+            (Kind::Choice(numbers), DeValue::Integer(_)) => {
+                number.filter(|number| number.as_integer().is_some_and(|number| numbers.contains(&number)))
             }
-            (Kind::Count(low, high, _), Some(Value::Integer(number))) => {
-                (*low..=*high).contains(&number).then_some(Value::Integer(number))
+            (Kind::Count(low, high, _), DeValue::Integer(_)) => {
+                let allowed = *low..=*high;
+                number.filter(|number| number.as_integer().is_some_and(|number| allowed.contains(&number)))
             }
-            (Kind::Number(bounds, _), Some(number @ (Value::Integer(_) | Value::Float(_)))) => {
-                let number = number.as_float().or(number.as_integer().map(|number| number as f64));
+            (Kind::Number(bounds, _), DeValue::Integer(_) | DeValue::Float(_)) => {
+                let number: Option<f64> = number.and_then(|number| number.try_into().ok());
                 number.filter(|number| bounds.contain(*number)).map(Value::Float)
             }
-            (Kind::Thickness, Some(Value::String(text))) if text == "half-space" => Some(text.into()),
-            (Kind::Quantity(..) | Kind::Thickness, plain) => {
+            (Kind::Thickness, DeValue::String(text)) if text == "half-space" => number,
+            (Kind::Quantity(..) | Kind::Si(..) | Kind::Thickness, _) => {
                 let (dimension, bounds, or) = match kind {
-                    Kind::Quantity(dimension, bounds) => (*dimension, *bounds, ""),
+                    Kind::Quantity(dimension, bounds) | Kind::Si(dimension, bounds) => {
+                        (*dimension, *bounds, "")
+                    }
                     _ => (Dimension::Length, SIZE, ", or \"half-space\""),
                 };
-                // a number that no integer holds is none
-                match system.read(&given, &plain.unwrap_or(Value::Boolean(false)), dimension, bounds) {
+                match system.read(&given, &number?, dimension, bounds) {
                     Ok(number) => Some(Value::Float(number)),
                     Err((message, help)) => return self.note(place, message, help + or),
                 }
             }
-            (Kind::List { noun, most, .. }, Some(Value::Array(list))) if list.len() > *most => {
+            (Kind::List { noun, most, .. }, DeValue::Array(list)) if list.len() > *most => {
                 let message = format!("`{name}` has {} {noun}", list.len());
                 return self.note(place, message, format!("allowed: at most {most}"));
             }
-            (Kind::List { of, .. }, Some(Value::Array(_))) => {
-                let DeValue::Array(list) = value.get_ref() else { return None };
-                let read = self.read_items(iter::repeat(*of), name, list, system)?;
-                let twice =
-                    read.iter().enumerate().find(|(i, item)| item.is_str() && read[..*i].contains(item));
-                if let Some((_, item)) = twice {
+            (Kind::List { of, .. }, DeValue::Array(list)) => {
+                let read = self.read_items(iter::repeat(*of), name, list)?;
+                let is_twice = |(i, item): &(usize, &Value)| item.is_str() && read[..*i].contains(item);
+                if let Some((_, item)) = read.iter().enumerate().find(is_twice) {
                     let message = format!("`{name}` names {} twice", item.as_str().unwrap_or_default());
                     return self.note(place, message, "name each once".into());
                 }
                 Some(Value::Array(read))
             }
-            (Kind::Pair(kinds), Some(Value::Array(pair))) if pair.len() == 2 => {
-                let DeValue::Array(pair) = value.get_ref() else { return None };
-                Some(Value::Array(self.read_items(kinds.iter(), name, pair, system)?))
+            (Kind::Pair(kinds), DeValue::Array(pair)) if pair.len() == 2 => {
+                Some(Value::Array(self.read_items(kinds.iter(), name, pair)?))
             }
-            (Kind::Line, Some(Value::Table(line))) if line.len() == 1 => {
-                let DeValue::Table(line) = value.get_ref() else { return None };
+            (Kind::Line, DeValue::Table(line)) if line.len() == 1 => {
                 let (axis, place) = line.iter().next()?;
                 let axis = axis.get_ref().as_ref();
                 let kind = if axis == "z" { DEPTH } else { LENGTH };
-                let number = self.read_value(&kind, &join(name, axis), place, system)?;
-                ["r", "z"]
-                    .contains(&axis)
-                    .then(|| Value::Table([(axis.to_owned(), number)].into_iter().collect()))
+                let number = self.read_value(&kind, &join(name, axis), place)?;
+                ["r", "z"].contains(&axis).then(|| toml::Table::from_iter([(axis.to_owned(), number)]).into())
             }
             _ => None,
         };
@@ -336,7 +326,7 @@ impl<'d> Values<'d> {
             let is_text = matches!(value.get_ref(), DeValue::String(_));
             let is_number = matches!(kind, Kind::Count(..) | Kind::Number(..) | Kind::Choice(_));
             let remark = if is_text && is_number { ", without quotes and unit" } else { "" };
-            let help = format!("allowed: {}{remark}", kind.allowed(system));
+            let help = format!("allowed: {}{remark}", kind.allowed(&system));
             return self.note(place, format!("{given} is not possible"), help);
         }
         read
@@ -348,12 +338,11 @@ impl<'d> Values<'d> {
         kinds: impl Iterator<Item = &'k Kind>,
         name: &str,
         list: &[Spanned<DeValue<'d>>],
-        system: &System,
     ) -> Option<Vec<Value>> {
         let mut read = Vec::new();
         for (i, (kind, item)) in kinds.zip(list).enumerate() {
             let name = format!("{name}[{i}]");
-            read.push(self.read_value(kind, &name, item, system)?);
+            read.push(self.read_value(kind, &name, item)?);
             self.places.insert(name, item.span());
         }
         Some(read)
@@ -382,9 +371,13 @@ impl<'d> Values<'d> {
         entries.try_into().unwrap_or_else(|error| panic!("{path}: {error}"))
     }
 
-    /// A number.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.checked.get(name)?.as_float()
+    }
+
+    /// A number, which the complete case says in another way.
+    pub fn take(&mut self, name: &str) -> Option<f64> {
+        self.checked.remove(name)?.as_float()
     }
 
     /// Number of tables in a list, if it is given.
@@ -436,21 +429,30 @@ impl<'d> Values<'d> {
         self.places.get(name).or(self.places.get(section)).cloned().unwrap_or(0..0)
     }
 
-    /// The text of a value.
     pub fn written(&self, name: &str) -> &str {
         self.document.written(&self.place(name))
     }
 
-    /// Notes a problem with a key.
-    pub fn problem(&self, name: &str, message: impl Into<String>, help: impl Into<String>) {
+    /// Notes a problem with a key, which leaves no value.
+    pub fn problem(&self, name: &str, message: impl Into<String>, help: impl Into<String>) -> Option<()> {
         self.document.problem(self.place(name), message, help);
+        None
     }
 
     /// Notes a problem with the value of a key.
     ///
     /// * `what`: is wrong, behind the key and its text
-    pub fn refuse(&self, name: &str, what: &str, help: &str) {
-        self.problem(name, format!("`{name}` = {}{what}", short(self.written(name))), help);
+    pub fn refuse(&self, name: &str, what: &str, help: &str) -> Option<()> {
+        self.problem(name, format!("`{name}` = {}{what}", short(self.written(name))), help)
+    }
+
+    /// Notes a problem with a key if it is given.
+    ///
+    /// * `what`: is wrong, behind the key
+    pub fn unwanted(&self, name: &str, what: &str, help: &str) {
+        if self.is_given(name) {
+            self.problem(name, format!("`{name}`{what}"), help);
+        }
     }
 
     /// Notes that a key is missing, unless it is refused.

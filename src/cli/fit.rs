@@ -77,7 +77,7 @@ impl FitArguments {
         let mut rows =
             csv::Writer::from_path(folder.join("runs.csv")).map_err(|error| wrong(error.into()))?;
         let mut written = Ok(());
-        let watch = |number: usize, trial: &Trial, measures: &[Measure]| {
+        let mut watch = |number: usize, trial: &Trial, measures: &[Measure]| {
             if !self.quiet {
                 say(&printable(&line(number, &ranges, trial)));
             }
@@ -86,7 +86,7 @@ impl FitArguments {
             }
         };
         let pool = self.threads.pool()?;
-        let found = pool.install(|| fit(&base, &ranges, &goals, self.runs as usize, watch));
+        let found = pool.install(|| fit(&base, &ranges, &goals, self.runs as usize, &mut watch));
         written.map_err(|error| wrong(error.into()))?;
         let fit = found.map_err(|error| match error {
             FitError::Case(errors) => CliError::Case(errors),

@@ -59,7 +59,6 @@ pub struct Event {
 }
 
 impl Event {
-    /// A warning as an event.
     pub(crate) fn warning(about: &'static str, text: &str) -> Self {
         let text = format!("warning: {text}");
         Self { kind: EventKind::Warning(about), text, r: None, since: None, interface: None }
@@ -76,7 +75,6 @@ pub struct Watch {
     seen: Seen,
 }
 
-/// What has happened so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Seen {
     extended: bool,

@@ -173,7 +173,6 @@ impl Distribution {
     }
 }
 
-/// A load on the nodes of a mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Loaded {
     force: Force,
@@ -192,7 +191,6 @@ impl Loaded {
         Self { force: load.force.clone(), shares: load.shares(grid), radius, motion: [0.0; 2], dt: grid.dt() }
     }
 
-    /// Number of the loaded nodes.
     pub fn nodes(&self) -> usize {
         self.shares.len()
     }

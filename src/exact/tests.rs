@@ -46,12 +46,13 @@ fn mesh(stack: &Stack, geometry: Geometry, dr: f64, speed: f64, radius: f64) -> 
         stack.layers().iter().map(|layer| (layer.thickness / layer.wave_speed, 0.0)).collect();
     layers.last_mut().expect("a layer").1 = back.overhang();
     let fit = LayerSteps::fit(&layers, dr / speed).expect("thick layers");
-    let LayerSteps { dt, steps, rows, changes } = fit;
+    let LayerSteps { dt, steps, changes } = fit;
     let largest = if back == Back::Rigid { 1e-12 } else { 0.025 };
     assert!(changes.iter().all(|change| change.abs() < largest), "transit times of whole steps: {changes:?}");
-    let rows = steps.into_iter().zip(rows).zip(stack.layers());
-    let rows: Vec<_> =
-        rows.map(|((steps, rows), layer)| (steps, layer.thickness / rows, Bond::Welded)).collect();
+    let row = |((steps, (_, overhang)), layer): ((usize, &(f64, f64)), &StackLayer)| {
+        (steps, layer.thickness / (steps as f64 + overhang), Bond::Welded)
+    };
+    let rows: Vec<_> = steps.into_iter().zip(&layers).zip(stack.layers()).map(row).collect();
     let spacing = Spacing { dr, dz: dt, layer_rows: Some(1) };
     let nr = (radius / dr).ceil() as usize;
     Grid::new(geometry, MeshKind::Matched, spacing, nr, 1).with_layers(dt, &rows, back)

@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use serde::Deserialize;
+
 use crate::grid::{Grid, Layer};
 
 /// Memory of the gauges of steps that are under way \[bytes\]; two steps may be in any case.
@@ -15,7 +17,8 @@ pub(crate) const UNDER_WAY: usize = 64 << 20;
 const SNAP: f64 = 1e-6;
 
 /// A line in the section of the target.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Line {
     /// Along z, at this radius \[R\].
     R(f64),

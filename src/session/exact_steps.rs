@@ -48,12 +48,13 @@ impl Steps for ExactSteps<'_> {
         let view = self.form.evaluate(self.next_step);
         self.next_step += 1;
         for (i, p) in view.interface.pressure.iter().enumerate() {
-            let r = view.interface.r(i);
-            self.validity.observe_pressure(p.abs(), view.step, view.time, r);
-            self.validity.observe_strain(p.abs(), view.step, view.time, (r, 0.0));
+            let place = (view.interface.r(i), 0.0);
+            self.validity.pressure.observe(p.abs(), view.step, view.time, place);
+            self.validity.strain.observe(p.abs(), view.step, view.time, place);
         }
         for &r in &self.case.record.probes {
-            self.validity.observe_probe(view.interface.stress_at(r).abs(), view.step, view.time, r);
+            let strain = view.interface.stress_at(r).abs();
+            self.validity.probes.observe(strain, view.step, view.time, (r, 0.0));
         }
         Ok(Some(view))
     }

@@ -256,9 +256,9 @@ impl Recording {
             }
         }
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
-        let is_impact = validity.impact_velocity() > 0.0;
+        let is_impact = validity.velocity > 0.0;
         if is_impact {
-            map.insert("impact_velocity".into(), speed.of(validity.impact_velocity()).to_string());
+            map.insert("impact_velocity".into(), speed.of(validity.velocity).to_string());
         }
         map.extend(validity.mesh_loss.map(|share| ("mesh_loss".into(), share.to_string())));
         let velocities = [

@@ -71,7 +71,7 @@ fn a_smooth_pressure() {
 fn a_ball() {
     let push = |grid: &Grid| {
         let shape = Shape::new(Head::Paraboloid { nose_radius: 1.0 }, None);
-        let mut contact = Contact::new(Rule::Unilateral, shape, grid.geometry, grid, 0.1, 0.5);
+        let mut contact = Contact::new(Rule::Unilateral, shape, grid, 0.1, 0.5);
         let mut indenter = Indenter::new(0.2, 0.1, grid.dt());
         move |_: usize, surface: &mut Surface| {
             contact.step(surface, &mut indenter, 0.0);

@@ -39,8 +39,7 @@ fn errors(stack: &Stack, front: Front, r: f64, cells: usize) -> [f64; 2] {
     // waves of the outer boundary are not back yet
     let grid = mesh(stack, Geometry::Axisymmetric, 1.0 / cells as f64, C_S, r + C_S * END + 0.2);
     let stack = &computed(stack, &grid);
-    let mut contact =
-        Contact::new(Rule::Prescribed, Shape::new(head, None), grid.geometry, &grid, VELOCITY, C_S);
+    let mut contact = Contact::new(Rule::Prescribed, Shape::new(head, None), &grid, VELOCITY, C_S);
     let mut indenter = Indenter::new(f64::INFINITY, VELOCITY, grid.dt());
     let depths = [0.0, stack.layers()[0].thickness];
     let points = depths.map(|z| [r, z]).to_vec();

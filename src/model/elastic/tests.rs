@@ -366,7 +366,7 @@ fn force_error(cells: usize, c_s: f64) -> f64 {
     let case = Case::load("fig2-prescribed", &settings).expect("a built-in case");
     let (grid, velocity) = (case.grid(), case.impact.velocity);
     let mut surface = Surface::new(grid.nr());
-    let mut contact = Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity, 1.0);
+    let mut contact = Contact::new(case.impact.contact, case.shape(), &grid, velocity, 1.0);
     let mut indenter = Indenter::new(f64::INFINITY, velocity, grid.dt());
     let mut target = theory(grid.clone(), c_s, case.mesh.damping)
         .reference::<()>(Coverage::Everything, Sampling::default());
