@@ -39,6 +39,9 @@ use serde::{Deserialize, Serialize};
 pub(crate) mod copy;
 pub(crate) mod writer;
 
+use copy::CopyError;
+use writer::WriterThread;
+
 /// Version of the recording format, `major.minor`: readers of the same major version understand it.
 ///
 /// * 1.0: the first.
@@ -208,26 +211,8 @@ impl Batch {
     }
 }
 
-enum Job {
-    Messages(Batch),
-    Attachment(Attachment<'static>),
-    Metadata(Metadata),
-    Channels(Vec<ChannelSpec>),
-    Tap(Box<dyn Tap>),
-    /// Copies what an earlier run has left, up to what is counted as written.
-    Copy {
-        left: Left,
-        written: Box<Written>,
-        answer: SyncSender<Result<(), String>>,
-    },
-    /// Brings all messages onto the disk and answers what has been written.
-    Seal {
-        answer: SyncSender<Written>,
-    },
-    Finish {
-        is_whole: bool,
-    },
-}
+/// Work for the writer thread.
+type Job = Box<dyn FnOnce(&mut WriterThread) -> Result<(), McapError> + Send>;
 
 /// Receiver of every message that is written, on the writer thread.
 pub trait Tap: Send {
@@ -283,7 +268,7 @@ impl Recorder {
         let (path, synchronise) = (file.path().unwrap_or(path).to_owned(), *synchronise);
         let writer = std::thread::Builder::new()
             .name("recording".into())
-            .spawn(move || writer::run(file, compression, synchronise, &jobs, &spent))
+            .spawn(move || writer::run(file, compression, synchronise, &jobs, spent))
             .map_err(|error| PartError::System { path: path.clone(), error })?;
         Ok(Self { path, queue: Some(queue), spare, writer: Some(writer), batch: Batch::default() })
     }
@@ -294,13 +279,16 @@ impl Recorder {
     ///
     /// Of this and all methods below: the first error of the writer.
     pub fn channels(&mut self, channels: Vec<ChannelSpec>) -> Result<(), RecordingError> {
-        self.send(Job::Channels(channels))
+        self.send(move |thread| thread.declare(channels))
     }
 
     /// Passes every message from here on to `tap` too.
     pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
         self.hand_over()?;
-        self.send(Job::Tap(tap))
+        self.send(move |thread| {
+            thread.tap = Some(tap);
+            Ok(())
+        })
     }
 
     /// Sends the batch to the writer.
@@ -309,8 +297,13 @@ impl Recorder {
             return Ok(());
         }
         let next = self.spare.try_recv().unwrap_or_default();
-        let batch = std::mem::replace(&mut self.batch, next);
-        self.send(Job::Messages(batch))
+        let mut batch = std::mem::replace(&mut self.batch, next);
+        self.send(move |thread| {
+            thread.write(&mut batch)?;
+            // a full queue has enough spare batches
+            drop(thread.spent.try_send(batch));
+            Ok(())
+        })
     }
 
     /// The batch that collects messages for the writer.
@@ -351,30 +344,26 @@ impl Recorder {
     /// It does not have them, or has others, or what it has is damaged.
     pub fn copy(&mut self, left: Left, written: Written) -> Result<(), RecordingError> {
         self.hand_over()?;
-        let (answer, copied) = sync_channel(1);
-        self.send(Job::Copy { left, written: Box::new(written), answer })?;
-        match copied.recv() {
-            Ok(result) => result.map_err(|what| RecordingError::Continue { path: self.path.clone(), what }),
-            Err(_) => self.join(),
-        }
+        let copied = self.ask(move |thread| match thread.copy(left, &written) {
+            Ok(()) => Ok(Ok(())),
+            Err(CopyError::Read(what)) => Ok(Err(what)),
+            Err(CopyError::Write(error)) => Err(error),
+        })?;
+        copied.map_err(|what| RecordingError::Continue { path: self.path.clone(), what })
     }
 
     /// Closes the open chunk, waits until all messages are on the disk, and returns what has been written.
     pub fn seal(&mut self) -> Result<Written, RecordingError> {
         self.hand_over()?;
-        let (answer, sealed) = sync_channel(1);
-        self.send(Job::Seal { answer })?;
-        match sealed.recv() {
-            Ok(written) => Ok(written),
-            Err(_) => Err(self.join().expect_err("a writer that ends without an answer has failed")),
-        }
+        self.ask(WriterThread::seal)
     }
 
     /// Attaches a file; create and log time are 0.
     pub fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
         self.hand_over()?;
         let (name, media_type, data) = (name.into(), media_type.into(), data.into());
-        self.send(Job::Attachment(Attachment { log_time: 0, create_time: 0, name, media_type, data }))
+        let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data };
+        self.send(move |thread| thread.writer.attach(&attachment))
     }
 
     /// Writes a metadata record, with a checksum among its entries.
@@ -385,7 +374,8 @@ impl Recorder {
     ) -> Result<(), RecordingError> {
         self.hand_over()?;
         entries.insert("checksum".into(), checksum(&entries));
-        self.send(Job::Metadata(Metadata { name: name.into(), metadata: entries }))
+        let metadata = Metadata { name: name.into(), metadata: entries };
+        self.send(move |thread| thread.writer.write_metadata(&metadata))
     }
 
     /// Writes the summary and waits until it is on the disk.
@@ -393,13 +383,35 @@ impl Recorder {
     /// * `is_whole`: the file gets its name; else it keeps that of a part
     pub fn finish(&mut self, is_whole: bool) -> Result<(), RecordingError> {
         self.hand_over()?;
-        self.send(Job::Finish { is_whole })?;
+        self.send(move |thread| {
+            thread.is_whole = is_whole;
+            thread.writer.finish().map(drop)
+        })?;
         self.queue = None;
         self.join()
     }
 
-    fn send(&mut self, job: Job) -> Result<(), RecordingError> {
-        match self.queue.as_ref().map(|queue| queue.send(job)) {
+    /// The answer of the writer thread.
+    fn ask<T: Send + 'static>(
+        &mut self,
+        job: impl FnOnce(&mut WriterThread) -> Result<T, McapError> + Send + 'static,
+    ) -> Result<T, RecordingError> {
+        let (sender, answer) = sync_channel(1);
+        self.send(move |thread| {
+            drop(sender.send(job(thread)?));
+            Ok(())
+        })?;
+        match answer.recv() {
+            Ok(answer) => Ok(answer),
+            Err(_) => Err(self.join().expect_err("a writer that ends without an answer has failed")),
+        }
+    }
+
+    fn send(
+        &mut self,
+        job: impl FnOnce(&mut WriterThread) -> Result<(), McapError> + Send + 'static,
+    ) -> Result<(), RecordingError> {
+        match self.queue.as_ref().map(|queue| queue.send(Box::new(job))) {
             Some(Ok(())) => Ok(()),
             // the writer has failed and returns its error
             _ => self.join(),

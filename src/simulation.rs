@@ -31,6 +31,7 @@ use crate::{
         rakhmatulin::Rakhmatulin,
         strength::{Criterion, Failure, RatioPeak, RatioPeaks},
     },
+    state::SaveState,
     surface::Surface,
     units::Units,
     validity::{InterfacePeaks, Peak, Validity},
@@ -75,11 +76,69 @@ fn describe(place: &Option<(String, String)>) -> String {
 
 /// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Ending {
+pub enum Status {
     /// All steps are done.
     Completed,
-    /// A condition of the case has stopped it.
+    /// The stop condition of the case holds, or the closed form no longer does.
     Stopped(String),
+    /// An observer has interrupted the run.
+    Interrupted(String),
+    /// The run failed.
+    Failed(String),
+}
+
+impl Status {
+    /// Name in the status record.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Stopped(_) => "stopped",
+            Self::Interrupted(_) => "interrupted",
+            Self::Failed(_) => "failed",
+        }
+    }
+
+    /// True if nothing is left to be computed.
+    pub fn is_finished(&self) -> bool {
+        matches!(self, Self::Completed | Self::Stopped(_))
+    }
+
+    /// Message of the status record.
+    pub fn message(&self) -> &str {
+        match self {
+            Self::Completed => "all steps done",
+            Self::Stopped(text) | Self::Interrupted(text) | Self::Failed(text) => text,
+        }
+    }
+}
+
+/// A source of the steps of a run.
+pub trait Steps {
+    /// The next step; `None` when the run has ended.
+    ///
+    /// # Errors
+    ///
+    /// The run cannot continue; all steps before have been yielded.
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError>;
+
+    /// Computes no further step; those that are computed are still yielded.
+    fn interrupt(&mut self);
+
+    /// Continues after [`Steps::interrupt`], once the steps that are computed have been yielded; the results are those of an
+    /// uninterrupted run.
+    fn resume(&mut self);
+
+    /// The state, if further steps are to follow and all computed ones have been yielded after [`Steps::interrupt`]. `None` also for
+    /// sources without a state.
+    fn drained(&mut self) -> Option<&mut dyn SaveState> {
+        None
+    }
+
+    /// How the source has ended; `None` if it has further steps.
+    fn ending(&self) -> Option<Status>;
+
+    /// Largest pressure and strain so far.
+    fn validity(&mut self) -> Validity;
 }
 
 /// A case being computed.
@@ -110,7 +169,7 @@ pub struct Simulation {
     stop: Stop,
     units: Units,
     next_step: u64,
-    ending: Option<Ending>,
+    ending: Option<Status>,
     failure: Option<SimulationError>,
     is_interrupted: bool,
 }
@@ -228,16 +287,6 @@ impl Simulation {
                 self.failure = Some(error);
             }
         }
-    }
-
-    /// Computes no further step; those that have been computed are still returned.
-    pub(crate) fn interrupt(&mut self) {
-        self.is_interrupted = true;
-    }
-
-    /// Continues after [`Simulation::interrupt`]; the results are those of an uninterrupted run.
-    pub(crate) fn resume(&mut self) {
-        self.is_interrupted = false;
     }
 
     /// Computes the next step.
@@ -412,13 +461,83 @@ impl Simulation {
         Event { kind, text, r: Some(r), since: None, interface: interface.and_then(|(_, number)| number) }
     }
 
-    /// How the run has ended; `None` while it has not.
-    pub(crate) fn ending(&self) -> Option<&Ending> {
-        self.ending.as_ref()
+    /// What is not finite, seen at a step.
+    fn not_finite(&mut self, step: u64) -> SimulationError {
+        let bad = self.surface.pressure.iter().position(|p| !p.is_finite());
+        let in_striker = self.striker.as_mut().and_then(Striker::find_non_finite);
+        let (quantity, place) = match (bad, self.model.find_non_finite().or(in_striker)) {
+            (Some(i), _) => ("interface stress", Some((self.grid.r(i), 0.0))),
+            (None, Some(place)) => ("displacement", Some(place)),
+            (None, None) => ("energy", None),
+        };
+        let place = place.map(|(r, z)| (self.units.length.text(r), self.units.length.text(z)));
+        SimulationError::NotFinite { step, quantity, place }
     }
 
-    /// Largest pressure and strain so far.
-    pub(crate) fn validity(&mut self) -> Validity {
+    /// The mesh of a body: nodes of both stand on the same radii as far as the narrower one reaches.
+    fn columns(&self, of_indenter: bool) -> &Grid {
+        self.striker.as_ref().filter(|_| of_indenter).map_or(&self.grid, Striker::grid)
+    }
+
+    fn observe_strain(&mut self, step: u64, time: f64) {
+        let pressure = &self.surface.pressure[..self.surface.loaded];
+        let below = self.model.surface_strain(pressure);
+        let above = self.striker.as_ref().map_or((0.0, 0), Striker::nose_strain);
+        let (strain, column) = if above.0 > below.0 { above } else { below };
+        let r = self.columns(above.0 > below.0).r(column);
+        self.validity.observe_strain(strain, step, time, (r, 0.0));
+        for (i, p) in pressure.iter().enumerate() {
+            self.validity.observe_pressure(p.abs(), step, time, self.grid.r(i));
+        }
+    }
+
+    fn find_ending(&self, step: u64, time: f64, events: &mut Vec<Event>) -> Option<Status> {
+        let awaited = match self.stop {
+            Stop::Never => None,
+            Stop::Extension => Some((EventKind::Extension, "extension")),
+            Stop::Separation => Some((EventKind::Separation, "separation")),
+        };
+        if let Some((kind, name)) = awaited
+            && let Some(event) = events.iter().find(|event| event.kind == kind)
+        {
+            let at = self.units.time.text(event.since.unwrap_or(time));
+            let text = format!("stopped at {name}, t = {at}, as run.stop asks");
+            events.push(Event {
+                kind: EventKind::Stopped,
+                text: text.clone(),
+                r: None,
+                since: None,
+                interface: None,
+            });
+            return Some(Status::Stopped(text));
+        }
+        (step == self.steps).then_some(Status::Completed)
+    }
+}
+
+impl Steps for Simulation {
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
+        self.step()
+    }
+
+    fn interrupt(&mut self) {
+        self.is_interrupted = true;
+    }
+
+    fn resume(&mut self) {
+        self.is_interrupted = false;
+    }
+
+    fn drained(&mut self) -> Option<&mut dyn SaveState> {
+        let is_drained = self.is_interrupted && self.ending.is_none() && self.failure.is_none();
+        if is_drained { Some(self) } else { None }
+    }
+
+    fn ending(&self) -> Option<Status> {
+        self.ending.clone()
+    }
+
+    fn validity(&mut self) -> Validity {
         let mut validity = self.validity.clone();
         let peak = self.model.strain_peak();
         let peak = match self.striker.as_mut().map(Striker::strain_peak) {
@@ -466,59 +585,6 @@ impl Simulation {
             validity.interfaces[1] = interfaces(striker.grid(), -1.0, peaks, above.bonds);
         }
         validity
-    }
-
-    /// What is not finite, seen at a step.
-    fn not_finite(&mut self, step: u64) -> SimulationError {
-        let bad = self.surface.pressure.iter().position(|p| !p.is_finite());
-        let in_striker = self.striker.as_mut().and_then(Striker::find_non_finite);
-        let (quantity, place) = match (bad, self.model.find_non_finite().or(in_striker)) {
-            (Some(i), _) => ("interface stress", Some((self.grid.r(i), 0.0))),
-            (None, Some(place)) => ("displacement", Some(place)),
-            (None, None) => ("energy", None),
-        };
-        let place = place.map(|(r, z)| (self.units.length.text(r), self.units.length.text(z)));
-        SimulationError::NotFinite { step, quantity, place }
-    }
-
-    /// The mesh of a body: nodes of both stand on the same radii as far as the narrower one reaches.
-    fn columns(&self, of_indenter: bool) -> &Grid {
-        self.striker.as_ref().filter(|_| of_indenter).map_or(&self.grid, Striker::grid)
-    }
-
-    fn observe_strain(&mut self, step: u64, time: f64) {
-        let pressure = &self.surface.pressure[..self.surface.loaded];
-        let below = self.model.surface_strain(pressure);
-        let above = self.striker.as_ref().map_or((0.0, 0), Striker::nose_strain);
-        let (strain, column) = if above.0 > below.0 { above } else { below };
-        let r = self.columns(above.0 > below.0).r(column);
-        self.validity.observe_strain(strain, step, time, (r, 0.0));
-        for (i, p) in pressure.iter().enumerate() {
-            self.validity.observe_pressure(p.abs(), step, time, self.grid.r(i));
-        }
-    }
-
-    fn find_ending(&self, step: u64, time: f64, events: &mut Vec<Event>) -> Option<Ending> {
-        let awaited = match self.stop {
-            Stop::Never => None,
-            Stop::Extension => Some((EventKind::Extension, "extension")),
-            Stop::Separation => Some((EventKind::Separation, "separation")),
-        };
-        if let Some((kind, name)) = awaited
-            && let Some(event) = events.iter().find(|event| event.kind == kind)
-        {
-            let at = self.units.time.text(event.since.unwrap_or(time));
-            let text = format!("stopped at {name}, t = {at}, as run.stop asks");
-            events.push(Event {
-                kind: EventKind::Stopped,
-                text: text.clone(),
-                r: None,
-                since: None,
-                interface: None,
-            });
-            return Some(Ending::Stopped(text));
-        }
-        (step == self.steps).then_some(Ending::Completed)
     }
 }
 

@@ -65,21 +65,19 @@ impl Check {
         }
         let case = case?;
         if self.resolved {
-            print(&case.resolved_toml())?;
-            return Ok(Exit::Done);
+            return print(&case.resolved_toml());
         }
         let estimate = Estimate::new(&case);
-        let admissible = self.admissible.then(|| find_velocity(&case, self.limit)).transpose()?;
+        let trial = self.admissible.then(|| find_velocity(&case, self.limit)).transpose()?;
+        let admissible = trial.map(|trial| (self.limit, trial));
         let findings = advice::of_case(&case);
         if self.json {
-            print_document(&json(&case, &estimate, admissible.map(|trial| (self.limit, trial)), &findings))?;
-        } else {
-            for Finding { text, .. } in &findings {
-                say(&format!("warning: {text}"));
-            }
-            print(&table(&self.case.case, &case, &estimate, admissible.map(|trial| (self.limit, trial))))?;
+            return print_document(&json(&case, &estimate, admissible, &findings));
         }
-        Ok(Exit::Done)
+        for Finding { text, .. } in &findings {
+            say(&format!("warning: {text}"));
+        }
+        print(&table(&self.case.case, &case, &estimate, admissible))
     }
 }
 

@@ -12,7 +12,7 @@ impl SaveState for Simulation {
     ///
     /// # Panics
     ///
-    /// If computed steps have not been returned yet, see [`Simulation::interrupt`].
+    /// If computed steps have not been returned yet, see [`Steps::interrupt`](super::Steps::interrupt).
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         out.put(&(self.next_step, self.balance, &self.validity))?;
         self.indenter.save(out)?;
@@ -29,13 +29,6 @@ impl Simulation {
     /// Number of the next step to be computed.
     pub fn next_step(&self) -> u64 {
         self.next_step
-    }
-
-    /// True if every computed step has been returned and further ones are to follow: then the state can be written.
-    ///
-    /// To be asked when [`Simulation::step`] has returned `None`.
-    pub(crate) fn is_drained(&self) -> bool {
-        self.is_interrupted && self.ending.is_none() && self.failure.is_none()
     }
 
     /// Restores what [`SaveState::save`] has written, in place of the beginning of the run, with any number of threads.

@@ -14,15 +14,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{
+    SweepError,
     journal::{Entry, State},
     plan::Plan,
 };
 use crate::{
     advice::{Advised, codes},
-    case::CaseErrors,
     measuring::Measuring,
     recording::Destination,
     session::{self, Flow, Recording, RunError, Source, Status},
@@ -48,30 +48,6 @@ pub struct Limits {
     pub memory: u64,
 }
 
-/// Why a sweep ends before all cases have: none of it is the fault of a case.
-#[derive(Debug, thiserror::Error)]
-pub enum ScheduleError {
-    /// The recording of a case failed, as on a full disk.
-    #[error("case {number}: {error}")]
-    Recording {
-        /// Number of the case.
-        number: usize,
-        /// Cause.
-        error: RunError,
-    },
-    /// A case is another one than was checked.
-    #[error("case {number} has changed since the sweep began: {error}")]
-    Changed {
-        /// Number of the case.
-        number: usize,
-        /// Cause.
-        error: CaseErrors,
-    },
-    /// The system has no threads left.
-    #[error("cannot start threads: {0}")]
-    Threads(#[from] ThreadPoolBuildError),
-}
-
 /// One-thread time up to which a case stays on one thread \[s\]: threads that share less wait for each other.
 const SMALL: f64 = 1.0;
 
@@ -86,13 +62,13 @@ const PATIENCE: Duration = Duration::from_millis(100);
 /// # Errors
 ///
 /// What ended the sweep; cases that were under way are not done then.
-pub fn run<E: From<ScheduleError>>(
+pub fn run(
     plan: &Plan,
     jobs: Vec<Job>,
     limits: Limits,
     signal: &AtomicUsize,
-    mut take: impl FnMut(Entry) -> Result<(), E>,
-) -> Result<(), E> {
+    mut take: impl FnMut(Entry) -> Result<(), SweepError>,
+) -> Result<(), SweepError> {
     let queue = Queue::new(plan, jobs, limits, signal);
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -104,7 +80,7 @@ pub fn run<E: From<ScheduleError>>(
         let mut result = Ok(());
         for done in receiver {
             if result.is_ok() {
-                result = done.map_err(E::from).and_then(&mut take);
+                result = done.and_then(&mut take);
                 if result.is_err() {
                     queue.break_off();
                 }
@@ -193,9 +169,11 @@ impl<'a> Queue<'a> {
     }
 
     /// Computes a case; `None` if it was interrupted.
-    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, ScheduleError> {
+    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, SweepError> {
         let (number, start) = (job.number, Instant::now());
-        let case = self.plan.case(number).map_err(|error| ScheduleError::Changed { number, error })?;
+        let case = self.plan.case(number).map_err(|error| {
+            SweepError::Failed(format!("case {number} has changed since the sweep began: {error}"))
+        })?;
         let mut watch = |_: &View<'_>| match self.is_over() {
             true => Flow::Interrupt("the sweep is interrupted".into()),
             false => Flow::Continue,
@@ -240,25 +218,25 @@ impl<'a> Queue<'a> {
             Err(RunError::Simulation(error)) => {
                 Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default())))
             }
-            Err(error) => Err(ScheduleError::Recording { number, error }),
+            Err(error) => Err(error.into()),
         }
     }
 }
 
 /// One thread's part of the work.
-fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, ScheduleError>>) {
+fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, SweepError>>) {
+    let pool = |builder: ThreadPoolBuilder| {
+        builder.build().map_err(|error| SweepError::Failed(format!("cannot start threads: {error}")))
+    };
     // the thread itself is the pool of small cases
-    let own = match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+    let own = match pool(ThreadPoolBuilder::new().num_threads(1).use_current_thread()) {
         Ok(own) => own,
-        Err(error) => return drop(sender.send(Err(error.into()))),
+        Err(error) => return drop(sender.send(Err(error))),
     };
     while let Some((job, share)) = queue.next() {
         let done = match share.threads {
             1 => queue.compute(&job, &own),
-            threads => ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .map_err(ScheduleError::from)
+            threads => pool(ThreadPoolBuilder::new().num_threads(threads))
                 .and_then(|pool| queue.compute(&job, &pool)),
         };
         queue.give_back(share);
@@ -274,18 +252,16 @@ mod tests {
     use super::*;
     use crate::sweep::{
         request::{Keep, Request},
-        spec::{Combine, Vary},
+        spec::Vary,
     };
 
     fn plan(vary: &str) -> Plan {
         let request = Request {
             case: "fig5".into(),
-            text: None,
-            folder: None,
             set: vec!["record.frames=0".into()],
             keep: Keep::None,
-            combine: Combine::Product,
             vary: vec![Vary::parse(vary)],
+            ..Request::default()
         };
         Plan::new(request, "".as_ref()).expect("a plan")
     }

@@ -5,7 +5,7 @@ use rayon::ThreadPool;
 use super::*;
 use crate::{
     case::Case,
-    simulation::Engine,
+    simulation::{Engine, Steps},
     view::{Energy, View},
 };
 
@@ -112,7 +112,7 @@ fn compare(case: &Case, engine: Engine, then: Then) {
         if simulation.ending().is_some() {
             break;
         }
-        assert!(simulation.is_drained());
+        assert!(simulation.drained().is_some());
         let state = saved(&mut simulation);
         if then == Then::Load {
             simulation = Simulation::with_engine(case, engine);
