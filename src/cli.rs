@@ -38,16 +38,15 @@ mod cases;
 mod check;
 mod exact;
 mod fit;
-mod layers;
 mod layout;
 mod manual;
 mod materials;
 mod output;
 mod progress;
 mod run;
-mod scales;
 mod study;
 mod sweep;
+mod target;
 
 /// Computes the impact of a rigid indenter on an elastic layer, laminate or half-space and records it as MCAP.
 #[derive(Debug, Parser)]
@@ -109,7 +108,6 @@ enum Command {
     Man(manual::Manual),
 }
 
-/// The case of a command.
 #[derive(Debug, Args)]
 struct CaseArguments {
     /// Name of a built-in case (see `percuss cases`) or path of a TOML file
@@ -194,7 +192,6 @@ pub enum CliError {
 }
 
 impl CliError {
-    /// A call of the operating system failed.
     fn system(what: impl Display, error: impl Display) -> Self {
         Self::Failed(format!("{what}: {error}"))
     }

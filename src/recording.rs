@@ -182,9 +182,8 @@ pub struct Written {
     pub checksum: u32,
 }
 
-/// Messages for the writer.
 #[derive(Default)]
-pub struct Batch {
+pub(crate) struct Batch {
     bytes: Vec<u8>,
     entries: Vec<Entry>,
     /// Memory that deferred work holds \[bytes\].
@@ -211,7 +210,6 @@ impl Batch {
     }
 }
 
-/// Work for the writer thread.
 type Job = Box<dyn FnOnce(&mut WriterThread) -> Result<(), McapError> + Send>;
 
 /// Receiver of every message that is written, on the writer thread.
@@ -224,7 +222,7 @@ pub trait Tap: Send {
 }
 
 /// An MCAP file being written.
-pub struct Recorder {
+pub(crate) struct Recorder {
     /// Name of the file as long as it is being written.
     path: PathBuf,
     queue: Option<SyncSender<Job>>,
@@ -235,20 +233,12 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins the file.
-    ///
-    /// # Errors
-    ///
-    /// The file exists, is being written by another process, or cannot be created.
+    /// Begins the file. Errors of all methods below are the first one of the writer.
     pub fn create(destination: &Destination, compression: Compression) -> Result<Self, RecordingError> {
         Self::with_file(Part::create(&destination.path, destination.overwrite)?, destination, compression)
     }
 
     /// Begins the file anew, beside what an earlier run has left of it, for [`Recorder::copy`].
-    ///
-    /// # Errors
-    ///
-    /// There is nothing left, the file exists, is being written by another process, or cannot be created.
     pub fn resume(
         destination: &Destination,
         compression: Compression,
@@ -274,17 +264,12 @@ impl Recorder {
     }
 
     /// Declares the channels, numbered from 0 in this order.
-    ///
-    /// # Errors
-    ///
-    /// Of this and all methods below: the first error of the writer.
     pub fn channels(&mut self, channels: Vec<ChannelSpec>) -> Result<(), RecordingError> {
         self.send(move |thread| thread.declare(channels))
     }
 
     /// Passes every message from here on to `tap` too.
     pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
-        self.hand_over()?;
         self.send(move |thread| {
             thread.tap = Some(tap);
             Ok(())
@@ -298,7 +283,7 @@ impl Recorder {
         }
         let next = self.spare.try_recv().unwrap_or_default();
         let mut batch = std::mem::replace(&mut self.batch, next);
-        self.send(move |thread| {
+        self.push(move |thread| {
             thread.write(&mut batch)?;
             // a full queue has enough spare batches
             drop(thread.spent.try_send(batch));
@@ -338,12 +323,7 @@ impl Recorder {
     /// disk. Until then it stays.
     ///
     /// * `written`: those
-    ///
-    /// # Errors
-    ///
-    /// It does not have them, or has others, or what it has is damaged.
     pub fn copy(&mut self, left: Left, written: Written) -> Result<(), RecordingError> {
-        self.hand_over()?;
         let copied = self.ask(move |thread| match thread.copy(left, &written) {
             Ok(()) => Ok(Ok(())),
             Err(CopyError::Read(what)) => Ok(Err(what)),
@@ -354,13 +334,11 @@ impl Recorder {
 
     /// Closes the open chunk, waits until all messages are on the disk, and returns what has been written.
     pub fn seal(&mut self) -> Result<Written, RecordingError> {
-        self.hand_over()?;
         self.ask(WriterThread::seal)
     }
 
     /// Attaches a file; create and log time are 0.
     pub fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
-        self.hand_over()?;
         let (name, media_type, data) = (name.into(), media_type.into(), data.into());
         let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data };
         self.send(move |thread| thread.writer.attach(&attachment))
@@ -372,7 +350,6 @@ impl Recorder {
         name: &str,
         mut entries: BTreeMap<String, String>,
     ) -> Result<(), RecordingError> {
-        self.hand_over()?;
         entries.insert("checksum".into(), checksum(&entries));
         let metadata = Metadata { name: name.into(), metadata: entries };
         self.send(move |thread| thread.writer.write_metadata(&metadata))
@@ -382,7 +359,6 @@ impl Recorder {
     ///
     /// * `is_whole`: the file gets its name; else it keeps that of a part
     pub fn finish(&mut self, is_whole: bool) -> Result<(), RecordingError> {
-        self.hand_over()?;
         self.send(move |thread| {
             thread.is_whole = is_whole;
             thread.writer.finish().map(drop)
@@ -391,7 +367,6 @@ impl Recorder {
         self.join()
     }
 
-    /// The answer of the writer thread.
     fn ask<T: Send + 'static>(
         &mut self,
         job: impl FnOnce(&mut WriterThread) -> Result<T, McapError> + Send + 'static,
@@ -407,7 +382,16 @@ impl Recorder {
         }
     }
 
+    /// Hands work to the writer thread, behind the batch.
     fn send(
+        &mut self,
+        job: impl FnOnce(&mut WriterThread) -> Result<(), McapError> + Send + 'static,
+    ) -> Result<(), RecordingError> {
+        self.hand_over()?;
+        self.push(job)
+    }
+
+    fn push(
         &mut self,
         job: impl FnOnce(&mut WriterThread) -> Result<(), McapError> + Send + 'static,
     ) -> Result<(), RecordingError> {

@@ -159,7 +159,6 @@ pub struct Simulation {
     rebound: Option<f64>,
     /// True if welded interfaces bear shear.
     has_shear: bool,
-    /// Radii of the probes \[R\].
     probes: Vec<f64>,
     /// Radii of the nodes of a graded mesh \[R\].
     radii: Option<Arc<[f64]>>,
@@ -219,11 +218,7 @@ impl Simulation {
     /// Sets up a case under an engine.
     pub fn with_engine(case: &Case, engine: Engine) -> Self {
         let striker = Striker::of(case, instructions(engine));
-        Self::with_model(case, model(case, engine, coverage(case)), striker)
-    }
-
-    fn with_model(case: &Case, model: Box<dyn Model<Step>>, striker: Option<Striker>) -> Self {
-        let (sizes, grid) = (&case.sizes, case.grid());
+        let grid = case.grid();
         let velocity = case.impact.velocity;
         let wave_speed = case.surface_speed();
         let is_damped = case.mesh.damping > 0.0;
@@ -254,10 +249,10 @@ impl Simulation {
             radii: grid.radii(),
             indenter,
             striker,
-            model,
+            model: model(case, engine, coverage(case)),
             frames: case.frames(),
             interface_every: case.record.interface_every,
-            steps: sizes.steps,
+            steps: case.sizes.steps,
             stop: case.run.stop,
             units: case.units(),
             next_step: 0,
@@ -289,7 +284,6 @@ impl Simulation {
         }
     }
 
-    /// Computes the next step.
     fn compute(&mut self) -> Result<(), SimulationError> {
         let step = self.next_step;
         let time = step as f64 * self.grid.dt();
@@ -382,10 +376,8 @@ impl Simulation {
             contact_radius: state.contact_radius,
             velocity: state.velocity,
             depth: state.depth,
-            striker: None,
             events: events.into(),
-            frame: None,
-            gauges: None,
+            ..View::default()
         }
     }
 
@@ -461,7 +453,6 @@ impl Simulation {
         Event { kind, text, r: Some(r), since: None, interface: interface.and_then(|(_, number)| number) }
     }
 
-    /// What is not finite, seen at a step.
     fn not_finite(&mut self, step: u64) -> SimulationError {
         let bad = self.surface.pressure.iter().position(|p| !p.is_finite());
         let in_striker = self.striker.as_mut().and_then(Striker::find_non_finite);
@@ -615,7 +606,6 @@ fn coverage(case: &Case) -> Coverage {
     }
 }
 
-/// Instructions of an engine.
 fn instructions(engine: Engine) -> Instructions {
     match engine {
         Engine::Blocked => Instructions::detect(),
@@ -657,7 +647,6 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
     }
 }
 
-/// Running sums of the energy balance.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct EnergyBalance {
     initial: f64,

@@ -52,16 +52,16 @@ use percuss_output::OutputError;
 
 use crate::{case::CaseErrors, session::RunError};
 
-pub mod folder;
+pub(crate) mod folder;
 pub mod journal;
 mod measure;
-pub mod plan;
-pub mod request;
-pub mod schedule;
-pub mod script;
-pub mod spec;
+pub(crate) mod plan;
+pub(crate) mod request;
+pub(crate) mod schedule;
+pub(crate) mod script;
+pub(crate) mod spec;
 mod summary;
-pub mod uncertainty;
+pub(crate) mod uncertainty;
 
 /// Why a sweep cannot be planned, or does not go on; none of it is the fault of a case that is computed.
 #[derive(Debug, thiserror::Error)]

@@ -63,7 +63,6 @@ impl<'a> Checkpoints<'a> {
         }
     }
 
-    /// The recording.
     #[cfg(feature = "cli")]
     pub(crate) fn recording(&self) -> &Recording {
         &self.recording

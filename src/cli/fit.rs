@@ -91,7 +91,6 @@ impl FitArguments {
         print(&if self.json { json } else { text(&fit) })
     }
 
-    /// What is compared.
     fn goal(&self, base: &Case, text: &str) -> Result<Goal, CliError> {
         let usage = |what: String| CliError::Usage(format!("--to {text}: {what}"));
         let Some((name, value)) = text.split_once('=') else {
@@ -137,7 +136,6 @@ impl FitArguments {
     }
 }
 
-/// What a run was, in a line.
 fn line(number: usize, ranges: &[(String, Range)], trial: &Trial) -> String {
     let values = ranges.iter().zip(&trial.values).map(|((key, _), value)| format!("{key} = {value}"));
     format!("run {number}: {}, misfit {:.4e}", values.collect::<Vec<_>>().join(", "), trial.misfit)
@@ -163,7 +161,6 @@ fn row(
     Ok(rows.flush()?)
 }
 
-/// The result for people.
 fn text(fit: &Fit) -> String {
     let mut text = String::new();
     for Found { key, value, error, unit, at_end } in &fit.found {

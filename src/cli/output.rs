@@ -92,7 +92,6 @@ impl ThreadArguments {
         self.threads.unwrap_or_else(rayon::current_num_threads).min(MAX_THREADS)
     }
 
-    /// A pool of that many threads.
     pub(super) fn pool(&self) -> Result<ThreadPool, CliError> {
         let threads = self.count();
         rayon::ThreadPoolBuilder::new()

@@ -77,7 +77,6 @@ impl<T> Progress<T> {
         }
     }
 
-    /// Removes the bar.
     pub(super) fn end(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -95,7 +94,6 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// Time of a step and the end.
     fn text(&self, step: u64) -> String {
         let [time, end] = [step, self.steps].map(|step| self.unit.text(step as f64 * self.dt));
         format!("t = {time} of {end}")
@@ -117,7 +115,6 @@ impl Progress<Clock> {
         progress
     }
 
-    /// A step is done.
     pub(super) fn advance(&mut self, step: u64) {
         // without a bar the clock is not read at every step
         if (self.bar.is_none() && !step.is_multiple_of(16)) || !self.is_due() {

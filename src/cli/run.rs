@@ -21,10 +21,10 @@ use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, sp
 use percuss_table::measures::Measure;
 
 use super::{
-    CaseArguments, CliError, Exit, bounces, layers,
+    CaseArguments, CliError, Exit, bounces,
     output::{OutputArguments, check_room, exit, flow, watch_signals, written},
     progress::{Clock, Progress},
-    scales,
+    target,
 };
 use crate::{
     advice::Advised,
@@ -244,8 +244,7 @@ impl Run {
     /// The case, and how dense its fields are and how far they reach unless it says so itself.
     fn heading(&self, case: &Case) -> String {
         let mut text = format!("{}: {}", printable(&self.case.case), printable(&case.title));
-        let rows = case.scales.map_or_else(|| layers::rows(case), |scales| scales::rows(case, &scales));
-        for (key, row) in rows {
+        for (key, row) in target::rows(case) {
             text += &format!("\n{key:<10} {row}");
         }
         let every = case.record.field_every;
@@ -261,7 +260,6 @@ impl Run {
         text
     }
 
-    /// Serves viewers after the end.
     fn hold(&self, live: &Server, signal: &AtomicUsize) {
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let viewers = live.viewers();

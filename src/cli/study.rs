@@ -73,7 +73,6 @@ pub(super) struct StudyArguments {
 /// Largest refinement: time grows with its cube.
 const MAX_REFINE: usize = 64;
 
-/// A largest refinement.
 fn refinement(text: &str) -> Result<usize, String> {
     let factor = text.parse().ok().filter(|n: &usize| n.is_power_of_two() && (4..=MAX_REFINE).contains(n));
     factor.ok_or_else(|| format!("a power of two from 4 to {MAX_REFINE} is expected"))
@@ -111,7 +110,6 @@ impl StudyArguments {
         Ok(exit)
     }
 
-    /// The case on all meshes.
     fn cases(&self) -> Result<Vec<Case>, CliError> {
         let case = self.case.load_single()?;
         let levels: Vec<usize> =

@@ -127,7 +127,6 @@ pub(super) struct SweepArguments {
     progress: ProgressArguments,
 }
 
-/// Bytes of a GiB.
 const GIB: f64 = 1_073_741_824.0;
 
 /// A sweep that is checked and locked.

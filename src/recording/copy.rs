@@ -35,9 +35,7 @@ impl From<McapError> for CopyError {
 
 /// What stands in the chunks of a recording.
 pub enum Found<'a> {
-    /// A message.
     Message(MessageHeader, &'a [u8]),
-    /// A chunk ends.
     EndOfChunk,
 }
 
@@ -172,10 +170,6 @@ fn for_each_record(
 ///
 /// * `units`: entries that the metadata of its channel must have
 /// * `most`: no more of them are allowed
-///
-/// # Errors
-///
-/// The file is missing, damaged or not whole, has no such topic or other units, or too many messages.
 pub fn messages<M: Message + Default>(
     path: &Path,
     topic: &str,

@@ -19,7 +19,6 @@ use super::{
 /// stay, because a recording has the computed numbers in a form that standard tools read.
 const ZSTD_LEVEL: u32 = 1;
 
-/// Options of the MCAP writer.
 pub(crate) fn write_options(compression: Compression) -> WriteOptions {
     WriteOptions::new()
         .profile("")
@@ -91,7 +90,6 @@ enum Disk {
     Here(Counted),
     /// On a thread of its own, while others are written: the end of a run waits less.
     Beside(SyncSender<()>, JoinHandle<io::Result<()>>),
-    /// Not at all.
     Nowhere,
 }
 
@@ -108,7 +106,6 @@ impl Disk {
         })
     }
 
-    /// Records a closed chunk.
     fn chunk(&self) -> io::Result<()> {
         match self {
             Self::Here(file) => file.synchronise(),
@@ -121,7 +118,6 @@ impl Disk {
         }
     }
 
-    /// Waits for what is under way.
     fn end(self) -> io::Result<()> {
         let Self::Beside(wake, thread) = self else { return Ok(()) };
         drop(wake);
@@ -192,7 +188,6 @@ impl WriterThread {
         Ok(())
     }
 
-    /// Writes a message.
     fn put(&mut self, channel: usize, header: &MessageHeader, bytes: &[u8]) -> Result<(), McapError> {
         let MessageHeader { channel_id, sequence, log_time, publish_time } = *header;
         self.hasher.update(&channel_id.to_le_bytes());
@@ -208,7 +203,6 @@ impl WriterThread {
         self.writer.write_to_known_channel(header, bytes)
     }
 
-    /// What has been written so far.
     fn written(&self) -> Written {
         Written { checksum: self.hasher.clone().finalize(), ..self.written.clone() }
     }
@@ -254,7 +248,6 @@ impl WriterThread {
         left.replace().map_err(|error| CopyError::Write(error.into()))
     }
 
-    /// Declares the channels.
     pub(super) fn declare(&mut self, channels: Vec<ChannelSpec>) -> Result<(), McapError> {
         self.written.messages = vec![0; channels.len()];
         channels.into_iter().enumerate().try_for_each(|(channel, spec)| {

@@ -26,7 +26,6 @@ use crate::{
     view::StrikerMotion,
 };
 
-/// The second body of a simulation.
 pub(super) struct Striker {
     model: Reference<(), Body, 2>,
     surface: Surface,
@@ -188,13 +187,11 @@ impl Striker {
         self.model.find_non_finite().map(|(r, z)| (r, -z))
     }
 
-    /// Largest strain.
     pub fn strain_peak(&mut self) -> StrainPeak {
         let peak = self.model.strain_peak();
         StrainPeak { z: -peak.z, ..peak }
     }
 
-    /// Largest ratios of stresses to strengths.
     pub fn strength_peaks(&mut self) -> RatioPeaks {
         let mut peaks = self.model.strength_peaks();
         let RatioPeaks { yielding, tensile, bonds } = &mut peaks;
@@ -213,11 +210,6 @@ impl Striker {
         self.model.surface_strain(&self.surface.pressure[..self.surface.loaded])
     }
 
-    /// Writes what changes from step to step.
-    ///
-    /// # Errors
-    ///
-    /// The stream cannot be written.
     pub fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         self.flight.save(out)?;
         self.surface.save(out)?;
@@ -226,11 +218,6 @@ impl Striker {
         self.model.save(out)
     }
 
-    /// Restores the state written by [`Striker::save`].
-    ///
-    /// # Errors
-    ///
-    /// The stream cannot be read, or is that of another striker.
     pub fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
         self.flight.load(from)?;
         self.surface.load(from)?;

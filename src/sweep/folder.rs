@@ -21,11 +21,9 @@ use super::{
     uncertainty::{self, Columns, Spread},
 };
 
-/// Name of the sweep file in a folder.
 const SWEEP_FILE: &str = "sweep.toml";
 /// Beginning of the sweep file in a folder of a sweep, by which it is known: in a folder without it nothing is replaced.
 const MARK: &str = "# The folder of a sweep: percuss sweep replaces this file, summaries and runs.\n";
-/// Name of the folder of recordings.
 const RUNS: &str = "runs";
 /// Memory for the rows of a Parquet file \[bytes\].
 const ROOM: usize = 1 << 30;
@@ -33,9 +31,7 @@ const ROOM: usize = 1 << 30;
 /// A part of a sweep: the cases whose numbers, counted from it on, are multiples of the number of parts apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Its number, from 1 on.
     pub number: usize,
-    /// Number of parts.
     pub of: usize,
 }
 
@@ -65,11 +61,6 @@ impl Folder {
         Self { path: path.into(), shard }
     }
 
-    /// The sweep file of a folder of a sweep.
-    ///
-    /// # Errors
-    ///
-    /// It is none.
     pub fn sweep_file(path: &Path) -> Result<PathBuf, SweepError> {
         let file = path.join(SWEEP_FILE);
         match fs::read(&file) {
@@ -90,10 +81,6 @@ impl Folder {
 
     /// Makes the folder, if it is not there, and locks the journal of the sweep or the shard. What is in the folder is read and written
     /// after that.
-    ///
-    /// # Errors
-    ///
-    /// There is something else in the folder, another process has the journal, or the system refuses.
     pub fn lock(&self) -> Result<Journal, SweepError> {
         let fail = SweepError::system(&self.path);
         if self.path.exists() && !self.is_begun().map_err(&fail)? && Self::sweep_file(&self.path).is_err() {
@@ -106,11 +93,6 @@ impl Folder {
         Journal::open(&self.path.join(self.name("manifest", "jsonl")))
     }
 
-    /// Writes what is asked for.
-    ///
-    /// # Errors
-    ///
-    /// It cannot be written.
     pub fn write_request(&self, plan: &Plan) -> Result<(), SweepError> {
         let text = toml::to_string(&plan.request).expect("a request is plain tables, text and numbers");
         self.write(SWEEP_FILE, format!("{MARK}{text}").as_bytes())
@@ -150,10 +132,6 @@ impl Folder {
     }
 
     /// What all journals say.
-    ///
-    /// # Errors
-    ///
-    /// One cannot be read.
     pub fn done(&self) -> Result<Done, SweepError> {
         let mut journals: Vec<PathBuf> = fs::read_dir(&self.path)
             .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect())
@@ -165,7 +143,6 @@ impl Folder {
         Ok(done)
     }
 
-    /// True if a case belongs to the shard.
     fn has(&self, number: usize) -> bool {
         self.shard.is_none_or(|shard| (number - 1) % shard.of == shard.number - 1)
     }
@@ -180,10 +157,6 @@ impl Folder {
     /// another number is taken over: recordings get the names they would have, and the journal says so.
     ///
     /// * `again`: computes cases that have failed once more
-    ///
-    /// # Errors
-    ///
-    /// A file cannot be renamed, or the journal not written.
     pub fn jobs(
         &self,
         plan: &Plan,
@@ -244,10 +217,6 @@ impl Folder {
 
     /// What is left to do once all cases are done: that whose recording is kept alone, the first with the largest value of the measure,
     /// if it is not there yet.
-    ///
-    /// # Errors
-    ///
-    /// The folder of recordings cannot be made.
     pub fn last_jobs(&self, plan: &Plan, done: &Done) -> Result<Vec<Job>, SweepError> {
         let Keep::Worst(key) = &plan.request.keep else { return Ok(Vec::new()) };
         let value = |number: &usize| done.entries.get(&plan.cases[number - 1].digest)?.measures.get(key);
@@ -279,11 +248,6 @@ impl Folder {
         counts
     }
 
-    /// Writes the summary of the sweep or the shard.
-    ///
-    /// # Errors
-    ///
-    /// It cannot be written.
     pub fn write_summary(&self, plan: &Plan, done: &Done) -> Result<(), SweepError> {
         let written = |sink: &mut dyn Sink| summary::write(plan, done, self.numbers(plan), sink);
         let (mut csv, mut parquet) = (Vec::new(), Vec::new());
@@ -296,10 +260,6 @@ impl Folder {
     }
 
     /// Writes what a random sample comes to, if the sweep is one, and returns it.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
     pub fn write_uncertainty(&self, plan: &Plan, done: &Done) -> Result<Vec<Spread>, SweepError> {
         if !matches!(plan.request.combine, Combine::Lhs(_)) {
             return Ok(Vec::new());

@@ -276,16 +276,6 @@ mod tests {
     }
 
     #[test]
-    fn a_journal_belongs_to_one_process_at_a_time() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("manifest.jsonl");
-        let journal = Journal::open(&path).expect("a journal");
-        assert!(matches!(Journal::open(&path), Err(SweepError::Busy(_))));
-        drop(journal);
-        Journal::open(&path).expect("a journal");
-    }
-
-    #[test]
     fn a_merge_adds_what_is_new_and_nothing_twice() {
         let folder = tempfile::tempdir().expect("a folder");
         let [path, shard] = ["manifest.jsonl", "shard.jsonl"].map(|name| folder.path().join(name));

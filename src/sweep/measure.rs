@@ -27,7 +27,6 @@ fn interfaces<'a>(names: impl Iterator<Item = &'a str> + Clone) -> [usize; 2] {
     })
 }
 
-/// True for the name of a measure.
 pub fn is_name(text: &str) -> bool {
     names(interfaces([text].into_iter())).iter().any(|name| name == text)
 }
@@ -48,7 +47,6 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// A number by its name.
     pub fn get(&self, name: &str) -> Option<f64> {
         let place = names(self.interfaces).iter().position(|known| known == name)?;
         self.numbers.get(place).copied().flatten()

@@ -18,13 +18,10 @@ use crate::{
     units::Units,
 };
 
-/// Cases that cannot be computed.
 #[derive(Debug, thiserror::Error)]
 #[error("{count} of {cases} cases are wrong")]
 pub struct WrongCases {
-    /// How many.
     pub count: usize,
-    /// Number of all cases.
     pub cases: usize,
     /// Those with the same problems together: the number of the first one, how many there are, the problems of the first.
     pub groups: Vec<(usize, usize, CaseErrors)>,
@@ -57,7 +54,6 @@ impl TryFrom<String> for Digest {
     }
 }
 
-/// A case of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Planned {
     /// What its results are known by.
@@ -77,7 +73,6 @@ pub struct Plan {
     pub request: Request,
     /// The first case, which has the units of all.
     pub first: Case,
-    /// The cases, in order.
     pub cases: Vec<Planned>,
     base: CaseBuilder,
     axes: Vec<Axis>,
@@ -87,10 +82,6 @@ impl Plan {
     /// Checks all cases.
     ///
     /// * `folder`: of relative paths in the request
-    ///
-    /// # Errors
-    ///
-    /// The case or a table cannot be read, the variations are wrong, or any case is.
     pub fn new(mut request: Request, folder: &Path) -> Result<Self, SweepError> {
         let vary = std::mem::take(&mut request.vary);
         request.vary = vary.into_iter().map(|vary| vary.resolved(folder)).collect::<Result<_, _>>()?;
@@ -133,15 +124,10 @@ impl Plan {
     }
 
     /// A case by its number, from 1 on.
-    ///
-    /// # Errors
-    ///
-    /// A file that the case reads has changed since it was checked.
     pub fn case(&self, number: usize) -> Result<Case, CaseErrors> {
         settle(&self.base, &self.axes, number)
     }
 
-    /// Keys that vary.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().flat_map(|axis| &axis.keys).map(String::as_str)
     }

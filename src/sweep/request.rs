@@ -14,7 +14,6 @@ use crate::input::read_text;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Keep {
-    /// Those of all cases.
     #[default]
     All,
     /// None: the summary is what stays.
@@ -67,19 +66,13 @@ pub struct Request {
     /// Which recordings are kept.
     #[serde(default)]
     pub keep: Keep,
-    /// How the variations go together.
     #[serde(default)]
     pub combine: Combine,
-    /// The variations.
     pub vary: Vec<Vary>,
 }
 
 impl Request {
     /// Reads a sweep file, `None` if the file is none: it has no `vary`.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or something in it is wrong.
     pub fn read(path: &Path) -> Result<Option<Self>, SweepError> {
         let fail = SweepError::unread(path);
         let text = read_text(path).map_err(|error| fail(error.to_string()))?;

@@ -30,10 +30,8 @@ use crate::{
     view::View,
 };
 
-/// A case that is to be computed.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// Its number.
     pub number: usize,
     /// Where its recording goes, if it is kept, and its name in the journal.
     pub recording: Option<(PathBuf, String)>,
@@ -58,10 +56,6 @@ const PATIENCE: Duration = Duration::from_millis(100);
 ///
 /// * `signal`: not 0 once the sweep is to be interrupted
 /// * `take`: gets what the journal says of every case that is done, on this thread; with an error the sweep ends
-///
-/// # Errors
-///
-/// What ended the sweep; cases that were under way are not done then.
 pub fn run(
     plan: &Plan,
     jobs: Vec<Job>,
@@ -104,27 +98,14 @@ struct Waiting {
     jobs: VecDeque<Job>,
     /// Estimated time of all jobs on one thread \[s\].
     seconds: f64,
-    threads: usize,
-    memory: u64,
-}
-
-/// What a job has of the limits.
-#[derive(Clone, Copy)]
-struct Share {
-    threads: usize,
-    memory: u64,
+    free: Limits,
 }
 
 impl<'a> Queue<'a> {
     fn new(plan: &'a Plan, mut jobs: Vec<Job>, limits: Limits, signal: &'a AtomicUsize) -> Self {
         let seconds = |job: &Job| plan.cases[job.number - 1].seconds;
         jobs.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
-        let waiting = Waiting {
-            seconds: jobs.iter().map(seconds).sum(),
-            jobs: jobs.into(),
-            threads: limits.threads,
-            memory: limits.memory,
-        };
+        let waiting = Waiting { seconds: jobs.iter().map(seconds).sum(), jobs: jobs.into(), free: limits };
         let (waiting, changed) = (Mutex::new(waiting), Condvar::new());
         Self { plan, limits, signal, is_broken: AtomicBool::new(false), waiting, changed }
     }
@@ -143,16 +124,16 @@ impl<'a> Queue<'a> {
     }
 
     /// The next job, once there is room for it; `None` when nothing is left to do.
-    fn next(&self) -> Option<(Job, Share)> {
+    fn next(&self) -> Option<(Job, Limits)> {
         let mut waiting = self.lock();
         while !self.is_over() {
             let planned = self.plan.cases[waiting.jobs.front()?.number - 1];
             let is_large = planned.seconds > SMALL.max(waiting.seconds / self.limits.threads as f64);
             let threads = if is_large { self.limits.threads } else { 1 };
-            let share = Share { threads, memory: planned.memory.min(self.limits.memory) };
-            if share.threads <= waiting.threads && share.memory <= waiting.memory {
-                waiting.threads -= share.threads;
-                waiting.memory -= share.memory;
+            let share = Limits { threads, memory: planned.memory.min(self.limits.memory) };
+            if share.threads <= waiting.free.threads && share.memory <= waiting.free.memory {
+                waiting.free.threads -= share.threads;
+                waiting.free.memory -= share.memory;
                 waiting.seconds -= planned.seconds;
                 return waiting.jobs.pop_front().map(|job| (job, share));
             }
@@ -161,10 +142,10 @@ impl<'a> Queue<'a> {
         None
     }
 
-    fn give_back(&self, share: Share) {
+    fn give_back(&self, share: Limits) {
         let mut waiting = self.lock();
-        waiting.threads += share.threads;
-        waiting.memory += share.memory;
+        waiting.free.threads += share.threads;
+        waiting.free.memory += share.memory;
         self.changed.notify_all();
     }
 
@@ -271,7 +252,7 @@ mod tests {
     }
 
     /// True if the next job has to wait until `share` is given back.
-    fn waits(queue: &Queue<'_>, share: Share) -> bool {
+    fn waits(queue: &Queue<'_>, share: Limits) -> bool {
         std::thread::scope(|scope| {
             let next = scope.spawn(|| queue.next());
             std::thread::sleep(3 * PATIENCE);

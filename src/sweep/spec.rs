@@ -15,7 +15,6 @@ use crate::{
 /// Values of keys that vary together, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
-    /// The keys, dotted.
     pub keys: Vec<String>,
     /// Their values, each as it stands in a case file, shape `(rows, keys)`.
     pub rows: Vec<Vec<String>>,
@@ -34,14 +33,11 @@ pub enum Combine {
     Lhs(Samples),
 }
 
-/// Random samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, { samples = 100, seed = 1 }")]
 pub struct Samples {
-    /// Number of cases.
     #[serde(deserialize_with = "count")]
     pub samples: u64,
-    /// Seed of the random numbers.
     #[serde(deserialize_with = "count")]
     pub seed: u64,
 }
@@ -58,21 +54,15 @@ fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
 #[serde(untagged, deny_unknown_fields)]
 #[serde(expecting = "a [[vary]] has `key` and `values`, or `file`, or `keys` and `rows`")]
 pub enum Vary {
-    /// A key with its values.
     Key {
-        /// The key, dotted.
         key: String,
         /// A list, or a range `from:to:count[:log]` as a text.
         values: Value,
     },
     /// A CSV file: a column for each key, a row for each case.
-    File {
-        /// The file.
-        file: PathBuf,
-    },
+    File { file: PathBuf },
     /// A table: what a file says once it has been read.
     Table {
-        /// The keys, dotted.
         keys: Vec<String>,
         /// The values, row by row, each as it stands in a case file.
         rows: Vec<Vec<String>>,
@@ -93,10 +83,6 @@ impl Vary {
     /// The same with files read, so that it stands by itself.
     ///
     /// * `folder`: of relative paths
-    ///
-    /// # Errors
-    ///
-    /// A file cannot be read, or is no table.
     pub fn resolved(self, folder: &Path) -> Result<Self, SweepError> {
         match self {
             Self::File { file } => {
@@ -157,10 +143,6 @@ impl Vary {
     }
 
     /// The key and the range of one that varies continuously.
-    ///
-    /// # Errors
-    ///
-    /// It is another variation.
     pub fn range(&self) -> Result<(String, Range), SweepError> {
         let wanted = || self.refuse("a range is needed: KEY=FROM:TO or KEY=FROM:TO:log");
         let Self::Key { key, values: Value::String(text) } = self else { return Err(wanted()) };
@@ -173,10 +155,6 @@ impl Vary {
 }
 
 /// The axes of a sweep: a case is a row of each.
-///
-/// # Errors
-///
-/// A variation is wrong, or they cannot be combined.
 pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SweepError> {
     if vary.is_empty() {
         return Err(SweepError::Usage("nothing is varied: add --vary KEY=VALUES".into()));
@@ -307,7 +285,6 @@ impl Range {
         self.text(&format!("{:?}", self.at(share)))
     }
 
-    /// A number as it stands in a case file.
     fn text(&self, number: &str) -> String {
         if self.unit.is_empty() { number.into() } else { format!("{number} {}", self.unit) }
     }

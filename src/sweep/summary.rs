@@ -16,10 +16,6 @@ use crate::{
 };
 
 /// Writes the rows of some cases, by their numbers; those that are not done have none.
-///
-/// # Errors
-///
-/// The output cannot be written.
 pub fn write(
     plan: &Plan,
     done: &Done,

@@ -34,15 +34,11 @@ const ASPECT: f64 = 2.4;
 pub enum Sheet {
     /// The field over the section.
     Field,
-    /// Wave fronts.
     Fronts,
-    /// Backing of the layer.
     Backing,
     /// Filling of the indenter.
     Body,
-    /// Outline of the indenter.
     Outline,
-    /// Surface of the target.
     Surface,
     /// Contact radius, drag, values.
     Marks,
@@ -130,7 +126,6 @@ pub struct EdgeWave {
 }
 
 impl Viewport {
-    /// The viewport for a case.
     pub fn new(case: &Case) -> Self {
         let sizes = &case.sizes;
         let shape = case.shape();
