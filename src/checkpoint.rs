@@ -84,15 +84,8 @@ struct Head {
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The system refuses.
-    #[error("cannot {what} the checkpoint `{}`: {error}", path.display())]
-    System {
-        /// What was tried.
-        what: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        error: io::Error,
-    },
+    #[error("cannot {0} the checkpoint `{path}`: {2}", path = .1.display())]
+    System(&'static str, PathBuf, io::Error),
     /// It is damaged, or belongs to another program or case.
     #[error("{0} begin the run anew with --force in place of --resume")]
     Unfit(String),
@@ -110,7 +103,7 @@ fn write(path: &Path, head: &Head, state: &mut dyn SaveState) -> Result<u64, Che
     write_file(path, head, state).map_err(|error| {
         // delete the unfinished file: the disk space is needed
         drop(std::fs::remove_file(part_of(path)));
-        CheckpointError::System { what: "write", path: path.into(), error }
+        CheckpointError::System("write", path.into(), error)
     })
 }
 
@@ -172,7 +165,7 @@ fn is_sound(file: &mut File, content: u64) -> io::Result<bool> {
 pub fn remove(path: &Path) -> Result<(), CheckpointError> {
     [path.to_owned(), part_of(path)].into_iter().try_for_each(|path| match std::fs::remove_file(&path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            Err(CheckpointError::System { what: "remove", path, error })
+            Err(CheckpointError::System("remove", path, error))
         }
         _ => Ok(()),
     })
@@ -189,7 +182,7 @@ pub fn load(
     engine: Engine,
     simulation: &mut Simulation,
 ) -> Result<Recorded, CheckpointError> {
-    let system = |error| CheckpointError::System { what: "read", path: path.into(), error };
+    let system = |error| CheckpointError::System("read", path.into(), error);
     let damaged = |what: &dyn Display| {
         CheckpointError::Unfit(format!("the checkpoint `{}` is damaged: {what};", path.display()))
     };

@@ -10,19 +10,8 @@
 //! Channels, metadata records and attachments of a recording are in the guide, `tools/guide/src/recording.md`, the history of the format in
 //! `changelog.md` there. Units and meanings of all fields are in the metadata of their channels.
 //!
-//! # What holds when something fails
-//!
-//! A recording is written as `NAME.mcap.part` and gets its name when the run is complete, or was stopped as the case asks. That of a
-//! run that was interrupted or has failed is readable to its end too and keeps the name of the part, as do those that a crash or a full disk
-//! has cut off, of which every closed chunk can be read. So the name asked for never stands for less than a whole run, and an existing file is
-//! never overwritten without `--force`, nor before the new one is whole.
-//!
-//! A run that is interrupted leaves its state beside that, `NAME.mcap.checkpoint`, and every ten minutes of wall time
-//! (`run.checkpoint_every`) every run does, for the case that it is killed: `percuss run --resume` continues from there, and the recording gets the same
-//! messages as without, see [`crate::checkpoint`].
-//!
-//! With `--sync end` (the default) the file is on the disk before it gets its name; with `--sync chunk` every chunk is before the next
-//! one is begun, so that a power failure loses no more than a crash; with `--sync never` both is left to the system.
+//! What holds when something fails is there too, and in `guarantees.md`: a recording is written as `NAME.mcap.part` and gets its name once it is
+//! whole; how a run continues from what is left is in [`crate::checkpoint`].
 
 use std::{
     collections::BTreeMap,
@@ -128,21 +117,11 @@ pub enum RecordingError {
     #[error(transparent)]
     Begin(#[from] PartError),
     /// Writing failed; the file is incomplete and lacks its end.
-    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", path.display(), cause(&**error))]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        error: Box<McapError>,
-    },
+    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", .0.display(), cause(&**.1))]
+    Write(PathBuf, Box<McapError>),
     /// What an earlier run has recorded cannot be read up to its checkpoint.
-    #[error("cannot continue `{}`: {what}; begin the run anew with --force in place of --resume", path.display())]
-    Continue {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
+    #[error("cannot continue `{path}`: {1}; begin the run anew with --force in place of --resume", path = .0.display())]
+    Continue(PathBuf, String),
 }
 
 /// CRC-32 of the entries of a metadata record in the order of their keys, each key and value followed by a zero: MCAP has no checksum of
@@ -329,7 +308,7 @@ impl Recorder {
             Err(CopyError::Read(what)) => Ok(Err(what)),
             Err(CopyError::Write(error)) => Err(error),
         })?;
-        copied.map_err(|what| RecordingError::Continue { path: self.path.clone(), what })
+        copied.map_err(|what| RecordingError::Continue(self.path.clone(), what))
     }
 
     /// Closes the open chunk, waits until all messages are on the disk, and returns what has been written.
@@ -407,7 +386,7 @@ impl Recorder {
         let writer = self.writer.take().expect("a recorder that has failed is not used again");
         match writer.join() {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(error)) => Err(RecordingError::Write { path: self.path.clone(), error: Box::new(error) }),
+            Ok(Err(error)) => Err(RecordingError::Write(self.path.clone(), Box::new(error))),
             Err(panic) => std::panic::resume_unwind(panic),
         }
     }

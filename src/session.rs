@@ -174,7 +174,11 @@ mod tests {
     use percuss_output::part_of;
 
     use super::*;
-    use crate::{case::Case, recording::Destination, simulation::Simulation};
+    use crate::{
+        case::Case,
+        recording::{Destination, copy::metadata},
+        simulation::Simulation,
+    };
 
     /// Error of an unchecked case, and the last step in the status of its recording.
     fn failure(case: &Case) -> (SimulationError, String) {
@@ -186,10 +190,7 @@ mod tests {
         let Err(RunError::Simulation(error)) = run(&mut simulation, &mut [&mut recording]) else {
             panic!("the run fails");
         };
-        let bytes = std::fs::read(part_of(&path)).expect("the recording");
-        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
-        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");
-        let status = mcap::read::metadata(&bytes, index.expect("a status")).expect("a record").metadata;
+        let [status] = metadata(&part_of(&path), ["percuss.status"]).expect("a status");
         assert_eq!(status["status"], "failed");
         assert_eq!(status["message"], error.to_string());
         (error, status["last_step"].clone())

@@ -415,42 +415,35 @@ impl Simulation {
 
     /// First tensions of interfaces and strengths that are passed as events.
     ///
-    /// * `body`: target or indenter
+    /// * `body`: target or indenter, whose depth is upwards
     fn noted(&self, time: f64, body: &str, tensions: &[Tension], failures: &[Failure]) -> Vec<Event> {
-        let tensions = tensions.iter().map(|tension| self.tension(time, body, tension));
-        tensions.chain(failures.iter().map(|failure| self.failure(time, body, failure))).collect()
-    }
-
-    /// The first tension at an interface as an event.
-    fn tension(&self, time: f64, body: &str, tension: &Tension) -> Event {
-        let r = self.columns(body == "indenter").r(tension.column);
-        let [place, at] = [self.units.length.text(r), self.units.time.text(time)];
-        let (name, interface) = interface(body, tension.interface);
-        let stress = self.units.stress.text(-tension.stress);
-        let text = format!("tension: {name} is first in tension at r = {place}, t = {at}, by {stress}");
-        Event { kind: EventKind::LayerTension, text, r: Some(r), since: None, interface }
-    }
-
-    /// A strength that is passed as an event.
-    ///
-    /// * `body`: target or indenter, whose depth is downwards
-    fn failure(&self, time: f64, body: &str, failure: &Failure) -> Event {
-        let Failure { criterion, interface, peak: RatioPeak { ratio, r, z, .. } } = *failure;
-        let depth = if body == "target" { z } else { -z };
-        let [place, depth] = [r, depth].map(|x| self.units.length.text(x));
-        let at = self.units.time.text(time);
-        let interface = interface.map(|number| self::interface(body, number));
-        let (kind, what) = match (criterion, &interface) {
-            (Criterion::Bond, Some((name, _))) => {
-                (EventKind::Bond, format!("bond: {name} is first beyond the strength of its bond"))
-            }
-            (Criterion::Tensile, _) => {
-                (EventKind::Tensile, format!("tensile: the {body} is first beyond its tensile strength"))
-            }
-            _ => (EventKind::Yield, format!("yield: the {body} is first beyond its yield strength")),
+        let Units { length, stress, .. } = self.units;
+        let (at, grid) = (self.units.time.text(time), self.columns(body == "indenter"));
+        let event = |kind, text, r, interface| Event { kind, text, r: Some(r), since: None, interface };
+        let tension = |tension: &Tension| {
+            let r = grid.r(tension.column);
+            let (name, interface) = interface(body, tension.interface);
+            let [place, stress] = [length.text(r), stress.text(-tension.stress)];
+            let text = format!("tension: {name} is first in tension at r = {place}, t = {at}, by {stress}");
+            event(EventKind::LayerTension, text, r, interface)
         };
-        let text = format!("{what} at r = {place}, z = {depth}, t = {at}, by a factor of {ratio:.3}");
-        Event { kind, text, r: Some(r), since: None, interface: interface.and_then(|(_, number)| number) }
+        let failure = |failure: &Failure| {
+            let Failure { criterion, interface: number, peak: RatioPeak { ratio, r, z, .. } } = *failure;
+            let [place, depth] = [r, if body == "target" { z } else { -z }].map(|x| length.text(x));
+            let (name, interface) = number.map_or_else(Default::default, |number| interface(body, number));
+            let (kind, what) = match criterion {
+                Criterion::Bond if number.is_some() => {
+                    (EventKind::Bond, format!("bond: {name} is first beyond the strength of its bond"))
+                }
+                Criterion::Tensile => {
+                    (EventKind::Tensile, format!("tensile: the {body} is first beyond its tensile strength"))
+                }
+                _ => (EventKind::Yield, format!("yield: the {body} is first beyond its yield strength")),
+            };
+            let text = format!("{what} at r = {place}, z = {depth}, t = {at}, by a factor of {ratio:.3}");
+            event(kind, text, r, interface)
+        };
+        tensions.iter().map(tension).chain(failures.iter().map(failure)).collect()
     }
 
     fn not_finite(&mut self, step: u64) -> SimulationError {
@@ -788,14 +781,8 @@ mod tests {
     #[test]
     fn the_energy_after_a_step_is_that_before_the_next_one() {
         // a light punch, which rebounds
-        let settings = [
-            "mesh.cells=20",
-            "mesh.damping=0.0",
-            "indenter.mass=0.5",
-            "run.end_time=3.0",
-            "record.frames=100000",
-        ];
-        let case = Case::load("fig5", &settings.map(String::from)).expect("a built-in case");
+        let mesh = ["mesh.cells=20", "mesh.damping=0.0", "record.frames=100000"];
+        let case = Case::sound("fig5", &[&mesh[..], &["indenter.mass=0.5", "run.end_time=3.0"]].concat());
         let mut simulation = Simulation::new(&case);
         let mut last: Option<Energy> = None;
         while simulation.ending.is_none() {

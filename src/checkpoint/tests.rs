@@ -7,7 +7,7 @@ use percuss_table::measures::Observations;
 use super::*;
 use crate::{
     advice::Advised,
-    recording::{Destination, Written},
+    recording::{Destination, Written, copy::metadata},
     session::{self, Flow, Recording, Source, Steps},
     view::View,
 };
@@ -182,10 +182,8 @@ fn a_run_in_pieces_records_the_same_measures() {
     let folder = tempfile::tempdir().expect("a folder");
     let case = Case::sound("fig9-m1", &["mesh.cells=12", "record.frames=25"]);
     let measures = |path: &Path| {
-        let bytes = fs::read(path).expect("the recording");
-        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
-        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.summary");
-        mcap::read::metadata(&bytes, index.expect("the record")).expect("a record").metadata
+        let [summary] = metadata(path, ["percuss.summary"]).expect("the record");
+        summary
     };
     let [whole, pieces] = ["whole.mcap", "pieces.mcap"].map(|name| folder.path().join(name));
     run_up_to(u64::MAX, &whole, &case);

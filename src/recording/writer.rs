@@ -12,7 +12,7 @@ use percuss_output::{Counted, Left, Part};
 
 use super::{
     Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap, Written,
-    copy::{CopyError, Found, for_each_message},
+    copy::{CopyError, for_each_message},
 };
 
 /// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They
@@ -225,7 +225,7 @@ impl WriterThread {
         let largest =
             usize::try_from(expected.largest_chunk.saturating_add(CHUNK_TARGET)).unwrap_or(usize::MAX);
         for_each_message(left.file(), largest, |found| match found {
-            Found::Message(header, bytes) => {
+            Some((header, bytes)) => {
                 let channel = usize::from(header.channel_id).wrapping_sub(1);
                 let next = self.written.messages.get(channel).filter(|count| **count < messages[channel]);
                 if next.is_none_or(|count| sequence(*count) != header.sequence) {
@@ -237,7 +237,7 @@ impl WriterThread {
                 self.put(channel, &header, bytes)?;
                 Ok(true)
             }
-            Found::EndOfChunk => {
+            None => {
                 self.close_chunk()?;
                 Ok(self.written.messages != *messages)
             }
