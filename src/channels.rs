@@ -155,17 +155,13 @@ impl FieldNote {
 pub struct Outlet<'a> {
     batch: &'a mut Batch,
     channel: usize,
+    /// Log time of the step \[ns\].
     log_time: u64,
 }
 
 impl Outlet<'_> {
     pub fn put(&mut self, message: &impl Message) {
         self.batch.put(self.channel, self.log_time, message);
-    }
-
-    /// Log time of the step \[ns\].
-    pub fn log_time(&self) -> u64 {
-        self.log_time
     }
 }
 
@@ -266,7 +262,7 @@ impl Catalogue {
 
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(self.units.time.of(view.time), self.playback_rate);
-        observe_all(&mut self.channels, 0, view, log_time, recorder.batch());
+        observe_all(&mut self.channels, 0, view, log_time, &mut recorder.batch);
         self.held.iter_mut().for_each(|held| held.take(view));
         if view.frame.is_none() {
             return recorder.hand_over_if_full();
@@ -285,7 +281,7 @@ impl Catalogue {
         for held in &self.held {
             for message in held.messages() {
                 let log_time = log_time(message.time, self.playback_rate);
-                Outlet { batch: recorder.batch(), channel: held.channel, log_time }.put(&message);
+                Outlet { batch: &mut recorder.batch, channel: held.channel, log_time }.put(&message);
                 recorder.end_step();
                 recorder.hand_over_if_full()?;
             }
@@ -306,7 +302,7 @@ impl Catalogue {
         let channel = self.channels.iter().position(|channel| channel.topic == log::TOPIC);
         let channel = channel.expect("the log is in the catalogue");
         let log_time = log_time(self.units.time.of(time), self.playback_rate);
-        Outlet { batch: recorder.batch(), channel, log_time }.put(&log::line(level, log_time, text));
+        Outlet { batch: &mut recorder.batch, channel, log_time }.put(&log::line(level, log_time, text));
         recorder.hand_over_if_full()
     }
 }

@@ -28,7 +28,7 @@ use std::{
 };
 
 use crc32fast::Hasher;
-use percuss_output::{Part, PartError, part_of};
+use percuss_output::{Part, PartError, part_of, text::clipped};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -66,8 +66,9 @@ const CHECKSUM: u64 = 4;
 /// Zstandard's fast level: waves hardly compress, and what is at rest does at any level.
 const ZSTD_LEVEL: i32 = 1;
 
-/// Differences of two cases that an error names.
+/// Differences of two cases that an error names, and characters of their values.
 const MOST_DIFFERENCES: usize = 5;
+const LONGEST: usize = 60;
 
 /// What a checkpoint belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -292,7 +293,7 @@ fn compare(key: &str, there: Option<&toml::Value>, here: Option<&toml::Value>, f
     }
     let [Some(there), Some(here)] = [there, here].map(|value| value.and_then(entries)) else {
         let text = |value: Option<&toml::Value>| match value {
-            Some(value) => clipped(&value.to_string()),
+            Some(value) => clipped(&value.to_string(), LONGEST).into_owned(),
             None => "none".to_owned(),
         };
         found.push(format!("{key} is {} there, {} here", text(there), text(here)));
@@ -313,15 +314,6 @@ fn entries(value: &toml::Value) -> Option<BTreeMap<String, &toml::Value>> {
             Some((1..).zip(list).map(|(number, value): (usize, _)| (number.to_string(), value)).collect())
         }
         _ => None,
-    }
-}
-
-/// The beginning of a long text.
-fn clipped(text: &str) -> String {
-    const LONGEST: usize = 60;
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
     }
 }
 

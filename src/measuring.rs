@@ -31,7 +31,8 @@ pub fn nothing(interfaces: [usize; 2]) -> Vec<Measure> {
 pub struct Measuring {
     units: Units,
     knows_drag: bool,
-    seen: Observations,
+    /// What was seen so far.
+    pub seen: Observations,
 }
 
 impl Measuring {
@@ -41,14 +42,6 @@ impl Measuring {
     /// * `knows_drag`: false for closed forms without it
     pub fn new(units: Units, knows_drag: bool) -> Self {
         Self { units, knows_drag, seen: Observations::default() }
-    }
-
-    pub fn resume(&mut self, seen: Observations) {
-        self.seen = seen;
-    }
-
-    pub fn seen(&self) -> &Observations {
-        &self.seen
     }
 
     pub fn take(&mut self, view: &View<'_>) {

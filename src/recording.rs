@@ -208,7 +208,8 @@ pub(crate) struct Recorder {
     /// Empty batches for reuse.
     spare: Receiver<Batch>,
     writer: Option<JoinHandle<Result<(), McapError>>>,
-    batch: Batch,
+    /// Collects messages for the writer.
+    pub batch: Batch,
 }
 
 impl Recorder {
@@ -268,11 +269,6 @@ impl Recorder {
             drop(thread.spent.try_send(batch));
             Ok(())
         })
-    }
-
-    /// The batch that collects messages for the writer.
-    pub fn batch(&mut self) -> &mut Batch {
-        &mut self.batch
     }
 
     /// Sends the batch to the writer if it is full.

@@ -222,7 +222,7 @@ impl Simulation {
         let velocity = case.impact.velocity;
         let wave_speed = case.surface_speed();
         let is_damped = case.mesh.damping > 0.0;
-        let mass = striker.as_ref().map_or(case.indenter.mass, Striker::mass);
+        let mass = striker.as_ref().map_or(case.indenter.mass, |striker| striker.mass);
         let indenter = Indenter::new(mass, velocity, grid.dt());
         let rule = case.impact.contact;
         let contact = match &case.load {
@@ -230,7 +230,7 @@ impl Simulation {
             None => Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed)
                 .graded(&grid, case.modulus()),
         };
-        let nodes = striker.as_ref().map_or(usize::MAX, |striker| striker.grid().nr());
+        let nodes = striker.as_ref().map_or(usize::MAX, |striker| striker.grid.nr());
         let contact = contact.limited_to(nodes, case.within_rims(f64::INFINITY));
         Self {
             surface: Surface::new(grid.nr()),
@@ -329,7 +329,7 @@ impl Simulation {
         let lines = step.is_multiple_of(self.interface_every) || view.is_last;
         let request = Request { frame, lines };
         let striker = self.striker.as_mut().map(|striker| {
-            let flight = striker.flight();
+            let flight = striker.flight.depth();
             let (completed, motion) = striker.advance(request);
             view.striker = Some(motion);
             (completed, flight)
@@ -460,7 +460,7 @@ impl Simulation {
 
     /// The mesh of a body: nodes of both stand on the same radii as far as the narrower one reaches.
     fn columns(&self, of_indenter: bool) -> &Grid {
-        self.striker.as_ref().filter(|_| of_indenter).map_or(&self.grid, Striker::grid)
+        self.striker.as_ref().filter(|_| of_indenter).map_or(&self.grid, |striker| &striker.grid)
     }
 
     fn observe_strain(&mut self, step: u64, time: f64) {
@@ -565,8 +565,8 @@ impl Steps for Simulation {
         };
         validity.interfaces[0] = interfaces(&self.grid, 1.0, self.model.interface_peaks(), bonds);
         if let Some(striker) = &mut self.striker {
-            let peaks = striker.interface_peaks();
-            validity.interfaces[1] = interfaces(striker.grid(), -1.0, peaks, above.bonds);
+            let peaks = striker.model.interface_peaks();
+            validity.interfaces[1] = interfaces(&striker.grid, -1.0, peaks, above.bonds);
         }
         validity
     }

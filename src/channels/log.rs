@@ -34,7 +34,7 @@ pub fn channel() -> Channel {
         for event in &*view.events {
             let level =
                 if matches!(event.kind, EventKind::Warning(_)) { Level::Warning } else { Level::Info };
-            outlet.put(&line(level, outlet.log_time(), &event.text));
+            outlet.put(&line(level, outlet.log_time, &event.text));
         }
     })
 }

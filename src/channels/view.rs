@@ -62,7 +62,7 @@ pub(super) fn channels(case: &Case) -> Vec<Channel> {
 }
 
 fn timestamp(outlet: &Outlet<'_>) -> Timestamp {
-    super::log::timestamp(outlet.log_time())
+    super::log::timestamp(outlet.log_time)
 }
 
 /// An empty entity of a scene.

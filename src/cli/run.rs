@@ -185,7 +185,7 @@ impl Run {
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {
-            let measures = recording.recording().measures(&outcome.validity);
+            let measures = recording.recording.measures(&outcome.validity);
             answer(case, &measures).iter().for_each(|text| progress.say(text));
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
             let dt = match case.scales {

@@ -212,11 +212,11 @@ impl ClosedForm {
             }
             Form::PlanePunch(form) => match case.model {
                 ModelKind::Rakhmatulin => {
-                    ("plane_punch", "pressure and drag of a plane flat punch", form.end_time(), true)
+                    ("plane_punch", "pressure and drag of a plane flat punch", form.end_time, true)
                 }
                 ModelKind::Elastic => {
                     let what = "pressure and drag of a plane flat punch, full theory";
-                    ("elastic_plane_punch", what, form.end_time(), true)
+                    ("elastic_plane_punch", what, form.end_time, true)
                 }
             },
             Form::Paraboloid(_) => {

@@ -143,7 +143,7 @@ impl Recording {
         let host = host_record(destination.reproducible, Some(recorded.step));
         let mut recording = Self::begin(recorder, case, Source::Simulation, host)?;
         recording.recorder.copy(left, recorded.written.clone())?;
-        recording.measuring.resume(recorded.seen.clone());
+        recording.measuring.seen = recorded.seen.clone();
         for (held, values) in recording.catalogue.held().zip(&recorded.held) {
             held.clone_from(values);
         }
@@ -197,7 +197,7 @@ impl Recording {
     /// The first error of the recorder.
     pub(crate) fn seal(&mut self) -> Result<Recorded, RecordingError> {
         let (step, time) = self.last.unwrap_or_default();
-        let (written, seen) = (self.recorder.seal()?, self.measuring.seen().clone());
+        let (written, seen) = (self.recorder.seal()?, self.measuring.seen.clone());
         let held = self.catalogue.held().map(|values| values.clone()).collect();
         Ok(Recorded { step, time, written, seen, held })
     }
@@ -209,7 +209,7 @@ impl Recording {
     /// What was measured, and the subjects of the warnings; what was not is left out.
     fn summary_record(&self, validity: &Validity) -> BTreeMap<String, String> {
         let entry = |Measure { name, value, .. }: Measure| Some((name.into_owned(), value?.to_string()));
-        let warnings = self.measuring.seen().warnings();
+        let warnings = self.measuring.seen.warnings();
         let subjects = warnings.iter().map(String::as_str).collect::<Vec<_>>().join(",");
         let warned = (!subjects.is_empty()).then(|| ("warnings".to_owned(), subjects));
         self.measures(validity).into_iter().filter_map(entry).chain(warned).collect()

@@ -17,8 +17,8 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, InterfacePeaks, Line, Model,
-        PointState, Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
+        CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, Line, Model, PointState,
+        Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
         strength::RatioPeaks,
     },
     state::{StateError, StateReader, StateWriter},
@@ -27,16 +27,18 @@ use crate::{
 };
 
 pub(super) struct Striker {
-    model: Reference<(), Body, 2>,
+    pub model: Reference<(), Body, 2>,
     surface: Surface,
-    grid: Grid,
+    /// Its mesh, z upwards.
+    pub grid: Grid,
     /// The frame that flies on.
-    flight: Indenter,
+    pub flight: Indenter,
     velocity: f64,
     /// Displacement of the lower face at levels k−1 and k, for the work on it, and on the axis that of nose and rear \[R\].
     motion: [Vec<f64>; 2],
     ends: [[f64; 2]; 2],
-    mass: f64,
+    /// Its mass, as the mesh has it; infinite of a half-space \[πγR³; plane γR²\].
+    pub mass: f64,
     /// Points and lines of the case, in their order.
     order: Order,
 }
@@ -69,16 +71,6 @@ impl Striker {
             order,
             grid,
         })
-    }
-
-    /// Its mass, as the mesh has it; infinite of a half-space \[πγR³; plane γR²\].
-    pub fn mass(&self) -> f64 {
-        self.mass
-    }
-
-    /// Its mesh, z upwards.
-    pub fn grid(&self) -> &Grid {
-        &self.grid
     }
 
     /// A step of contact.
@@ -123,15 +115,10 @@ impl Striker {
         (completed, StrikerMotion { nose, rear })
     }
 
-    /// Depth of the frame that flies on at the level that will be shown next.
-    pub fn flight(&self) -> f64 {
-        self.flight.depth()
-    }
-
     /// Puts what a step shows of the striker to what it shows of the target: rows of the striker from its rear to its nose before those of the target, NaN
     /// beside the narrower body.
     ///
-    /// * `flight`: [`Striker::flight`] at that level
+    /// * `flight`: depth of the frame that flies on at that level
     pub fn join(&self, mut target: Frame, striker: Frame, flight: f64) -> Frame {
         for (below, above) in target.samples.iter_mut().zip(striker.samples) {
             let extent =
@@ -198,11 +185,6 @@ impl Striker {
         let all = yielding.iter_mut().chain(tensile).chain(bonds.iter_mut().flatten());
         all.for_each(|peak| peak.z = -peak.z);
         peaks
-    }
-
-    /// Largest tractions of interfaces, from the nose up.
-    pub fn interface_peaks(&mut self) -> Vec<InterfacePeaks> {
-        self.model.interface_peaks()
     }
 
     /// Largest strain of the lower face at a level, and its column.

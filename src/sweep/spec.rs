@@ -210,7 +210,8 @@ pub struct Range {
     ends: [f64; 2],
     /// As they are written, with their units.
     written: [String; 2],
-    unit: String,
+    /// Empty for plain numbers.
+    pub unit: String,
     count: Option<usize>,
     is_log: bool,
 }
@@ -273,11 +274,6 @@ impl Range {
     pub fn slope(&self, share: f64) -> f64 {
         let [a, b] = self.ends;
         if self.is_log { (self.at(share) * libm::log(b / a)).abs() } else { (b - a).abs() }
-    }
-
-    /// Its unit; empty for plain numbers.
-    pub fn unit(&self) -> &str {
-        &self.unit
     }
 
     /// The number at a share as it stands in a case file.
