@@ -143,6 +143,7 @@ pub trait Steps {
 
 /// A case being computed.
 pub struct Simulation {
+    case: Case,
     grid: Grid,
     model: Box<dyn Model<Step>>,
     surface: Surface,
@@ -157,16 +158,9 @@ pub struct Simulation {
     validity: Validity,
     /// e² = (V/V0)² while the indenter moves back and nothing touches it.
     rebound: Option<f64>,
-    /// True if welded interfaces bear shear.
-    has_shear: bool,
-    probes: Vec<f64>,
     /// Radii of the nodes of a graded mesh \[R\].
     radii: Option<Arc<[f64]>>,
     frames: FrameSteps,
-    interface_every: u64,
-    steps: u64,
-    stop: Stop,
-    units: Units,
     next_step: u64,
     ending: Option<Status>,
     failure: Option<SimulationError>,
@@ -244,17 +238,12 @@ impl Simulation {
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head.is_flat() && case.load.is_none()),
             rebound: None,
-            has_shear: case.model.has_shear(),
-            probes: case.record.probes.clone(),
             radii: grid.radii(),
             indenter,
             striker,
             model: model(case, engine, coverage(case)),
             frames: case.frames(),
-            interface_every: case.record.interface_every,
-            steps: case.sizes.steps,
-            stop: case.run.stop,
-            units: case.units(),
+            case: case.clone(),
             next_step: 0,
             ending: None,
             failure: None,
@@ -302,7 +291,7 @@ impl Simulation {
         if self.surface.loaded == nr && self.grid.rim.is_none() {
             let last = self.grid.r(nr - 1);
             let [r, outer_radius] =
-                [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.units.length.text(r));
+                [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.case.units().length.text(r));
             return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
         let on_bodies = self.work_on_bodies();
@@ -318,7 +307,7 @@ impl Simulation {
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
         let mut view = self.view(step, time, &state, events);
-        for &r in &self.probes {
+        for &r in &self.case.record.probes {
             let node = self.grid.place(r).round().max(0.0) as usize;
             if node < self.grid.nr() {
                 let strain = self.model.strain_at(view.interface.stress_at(r), node);
@@ -326,7 +315,7 @@ impl Simulation {
             }
         }
         let frame = self.frames.contain(step) || view.is_last && self.frames.count() > 0;
-        let lines = step.is_multiple_of(self.interface_every) || view.is_last;
+        let lines = step.is_multiple_of(self.case.record.interface_every) || view.is_last;
         let request = Request { frame, lines };
         let striker = self.striker.as_mut().map(|striker| {
             let flight = striker.flight.depth();
@@ -417,8 +406,8 @@ impl Simulation {
     ///
     /// * `body`: target or indenter, whose depth is upwards
     fn noted(&self, time: f64, body: &str, tensions: &[Tension], failures: &[Failure]) -> Vec<Event> {
-        let Units { length, stress, .. } = self.units;
-        let (at, grid) = (self.units.time.text(time), self.columns(body == "indenter"));
+        let Units { time: unit, length, stress, .. } = self.case.units();
+        let (at, grid) = (unit.text(time), self.columns(body == "indenter"));
         let event = |kind, text, r, interface| Event { kind, text, r: Some(r), since: None, interface };
         let tension = |tension: &Tension| {
             let r = grid.r(tension.column);
@@ -454,7 +443,8 @@ impl Simulation {
             (None, Some(place)) => ("displacement", Some(place)),
             (None, None) => ("energy", None),
         };
-        let place = place.map(|(r, z)| (self.units.length.text(r), self.units.length.text(z)));
+        let length = self.case.units().length;
+        let place = place.map(|(r, z)| (length.text(r), length.text(z)));
         SimulationError::NotFinite { step, quantity, place }
     }
 
@@ -476,7 +466,7 @@ impl Simulation {
     }
 
     fn find_ending(&self, step: u64, time: f64, events: &mut Vec<Event>) -> Option<Status> {
-        let awaited = match self.stop {
+        let awaited = match self.case.run.stop {
             Stop::Never => None,
             Stop::Extension => Some((EventKind::Extension, "extension")),
             Stop::Separation => Some((EventKind::Separation, "separation")),
@@ -484,7 +474,7 @@ impl Simulation {
         if let Some((kind, name)) = awaited
             && let Some(event) = events.iter().find(|event| event.kind == kind)
         {
-            let at = self.units.time.text(event.since.unwrap_or(time));
+            let at = self.case.units().time.text(event.since.unwrap_or(time));
             let text = format!("stopped at {name}, t = {at}, as run.stop asks");
             events.push(Event {
                 kind: EventKind::Stopped,
@@ -495,7 +485,7 @@ impl Simulation {
             });
             return Some(Status::Stopped(text));
         }
-        (step == self.steps).then_some(Status::Completed)
+        (step == self.case.sizes.steps).then_some(Status::Completed)
     }
 }
 
@@ -554,7 +544,7 @@ impl Steps for Simulation {
                     let [r, z] = [grid.r(column), sign * grid.bottom(&grid.layers[number])];
                     Peak { value, step: level as u64, time: level as f64 * grid.dt(), r, z }
                 };
-                let is_sheared = self.has_shear && grid.layers[number + 1].bond == Bond::Welded;
+                let is_sheared = self.case.model.has_shear() && grid.layers[number + 1].bond == Bond::Welded;
                 InterfacePeaks {
                     tension: peak(tension),
                     shear: is_sheared.then(|| peak(shear)),

@@ -38,7 +38,11 @@ impl Simulation {
     /// The stream cannot be read, or is that of another case.
     pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
         (self.next_step, self.balance, self.validity) = from.get()?;
-        StateError::unless(self.next_step <= self.steps, "number of the next step", self.next_step)?;
+        StateError::unless(
+            self.next_step <= self.case.sizes.steps,
+            "number of the next step",
+            self.next_step,
+        )?;
         self.indenter.load(from)?;
         self.watch.load(from)?;
         self.contact.load(from)?;
