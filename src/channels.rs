@@ -32,7 +32,6 @@ mod sensor;
 mod velocity;
 pub mod view;
 
-/// Emits the messages of a step.
 type Observe = Box<dyn FnMut(&View<'_>, &mut Outlet<'_>) + Send>;
 
 /// Payload of a message of few numbers, and of the numbers that one of many begins with \[bytes\].
@@ -43,11 +42,9 @@ const HEAD: u64 = 36;
 enum Rate {
     /// As it happens, which is rarely.
     Event,
-    /// Every step.
     Step(u64),
     /// Every `record.interface_every` steps.
     Interval(u64),
-    /// Every frame.
     Frame(u64),
 }
 
@@ -66,7 +63,6 @@ impl Rate {
     }
 }
 
-/// A recorded channel.
 pub struct Channel {
     topic: String,
     schema: &'static str,
@@ -92,12 +88,10 @@ impl Channel {
         Self { topic, schema, fields, remarks, rate, observe: Box::new(observe) }
     }
 
-    /// States how often the channel emits a message.
     fn emits(self, rate: Rate) -> Self {
         Self { rate, ..self }
     }
 
-    /// Adds an entry to the metadata of the channel.
     pub fn remark(mut self, key: impl Into<String>, value: impl Into<String>) -> Self {
         self.remarks.push((key.into(), value.into()));
         self
@@ -141,7 +135,6 @@ pub struct FieldNote {
 }
 
 impl FieldNote {
-    /// A field without an axis.
     pub fn new(name: &'static str, unit: &'static str, meaning: impl Into<Cow<'static, str>>) -> Self {
         Self { name, unit, meaning: meaning.into(), axis: None, symmetry: None }
     }
@@ -162,18 +155,13 @@ impl FieldNote {
 pub struct Outlet<'a> {
     batch: &'a mut Batch,
     channel: usize,
+    /// Log time of the step \[ns\].
     log_time: u64,
 }
 
 impl Outlet<'_> {
-    /// Adds a message.
     pub fn put(&mut self, message: &impl Message) {
         self.batch.put(self.channel, self.log_time, message);
-    }
-
-    /// Log time of the step \[ns\].
-    pub fn log_time(&self) -> u64 {
-        self.log_time
     }
 }
 
@@ -254,7 +242,6 @@ impl Catalogue {
         self.channels.iter().chain(frames.iter()).map(f).collect()
     }
 
-    /// Topics, schemas and metadata of all channels.
     pub fn specs(&self) -> Vec<ChannelSpec> {
         self.map(|channel| ChannelSpec {
             topic: channel.topic.clone(),
@@ -264,7 +251,6 @@ impl Catalogue {
         })
     }
 
-    /// Topics of all channels.
     pub fn topics(&self) -> Vec<String> {
         self.map(|channel| channel.topic.clone())
     }
@@ -274,14 +260,9 @@ impl Catalogue {
         self.map(|channel| channel.rate.size(case)).into_iter().sum()
     }
 
-    /// Passes a step to every channel.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder.
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(self.units.time.of(view.time), self.playback_rate);
-        observe_all(&mut self.channels, 0, view, log_time, recorder.batch());
+        observe_all(&mut self.channels, 0, view, log_time, &mut recorder.batch);
         self.held.iter_mut().for_each(|held| held.take(view));
         if view.frame.is_none() {
             return recorder.hand_over_if_full();
@@ -296,16 +277,11 @@ impl Catalogue {
         self.held.iter_mut().map(|held| &mut held.values)
     }
 
-    /// Writes what has been held back.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder.
     pub fn release(&self, recorder: &mut Recorder) -> Result<(), RecordingError> {
         for held in &self.held {
             for message in held.messages() {
                 let log_time = log_time(message.time, self.playback_rate);
-                Outlet { batch: recorder.batch(), channel: held.channel, log_time }.put(&message);
+                Outlet { batch: &mut recorder.batch, channel: held.channel, log_time }.put(&message);
                 recorder.end_step();
                 recorder.hand_over_if_full()?;
             }
@@ -316,10 +292,6 @@ impl Catalogue {
     /// Writes a line to the log channel.
     ///
     /// * `time`: time of the line \[R/c_p\]
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder.
     pub fn say(
         &self,
         level: log::Level,
@@ -330,7 +302,7 @@ impl Catalogue {
         let channel = self.channels.iter().position(|channel| channel.topic == log::TOPIC);
         let channel = channel.expect("the log is in the catalogue");
         let log_time = log_time(self.units.time.of(time), self.playback_rate);
-        Outlet { batch: recorder.batch(), channel, log_time }.put(&log::line(level, log_time, text));
+        Outlet { batch: &mut recorder.batch, channel, log_time }.put(&log::line(level, log_time, text));
         recorder.hand_over_if_full()
     }
 }

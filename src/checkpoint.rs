@@ -21,12 +21,14 @@
 
 use std::{
     collections::BTreeMap,
+    fmt::Display,
     fs::File,
-    io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Take, Write},
+    io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 
-use percuss_output::{Part, PartError, part_of};
+use crc32fast::Hasher;
+use percuss_output::{Part, PartError, part_of, text::clipped};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -37,10 +39,8 @@ use crate::{
     state::{SaveState, StateError, StateReader, StateWriter},
 };
 
-mod checksum;
 mod observer;
 
-use checksum::Checked;
 pub use observer::Checkpoints;
 
 const MAGIC: [u8; 8] = *b"\x89percpt\n";
@@ -66,69 +66,30 @@ const CHECKSUM: u64 = 4;
 /// Zstandard's fast level: waves hardly compress, and what is at rest does at any level.
 const ZSTD_LEVEL: i32 = 1;
 
-/// Differences of two cases that an error names.
+/// Differences of two cases that an error names, and characters of their values.
 const MOST_DIFFERENCES: usize = 5;
+const LONGEST: usize = 60;
 
 /// What a checkpoint belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Head {
+struct Head {
     percuss: String,
     numerics: u32,
     engine: String,
     /// The case with every default written out.
     case: String,
-    /// What was recorded.
-    pub recorded: Recorded,
+    recorded: Recorded,
 }
 
 /// Why a checkpoint cannot be written or restored.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The system refuses.
-    #[error("cannot {what} the checkpoint `{}`: {error}", path.display())]
-    System {
-        /// What was tried.
-        what: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        error: io::Error,
-    },
-    /// The file is something else.
-    #[error("`{}` is no checkpoint of percuss; begin the run anew with --force in place of --resume", .0.display())]
-    Foreign(PathBuf),
-    /// The file is damaged.
-    #[error("the checkpoint `{}` is damaged: {what}; begin the run anew with --force in place of --resume", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
-    /// It was written by another version, numerics or engine.
-    #[error(
-        "the checkpoint `{}` is of {found}, this is {here}: only the same gives the same numbers; continue the run with that, or begin the run anew with --force in place of --resume",
-        path.display()
-    )]
-    Program {
-        /// The file.
-        path: PathBuf,
-        /// What has written it.
-        found: String,
-        /// What was to take it up.
-        here: String,
-    },
-    /// It belongs to another case.
-    #[error(
-        "the checkpoint `{}` belongs to another case: {differences}; restore the case, or begin the run anew with --force in place of --resume",
-        path.display()
-    )]
-    Case {
-        /// The file.
-        path: PathBuf,
-        /// Keys with their values.
-        differences: String,
-    },
+    #[error("cannot {0} the checkpoint `{path}`: {2}", path = .1.display())]
+    System(&'static str, PathBuf, io::Error),
+    /// It is damaged, or belongs to another program or case.
+    #[error("{0} begin the run anew with --force in place of --resume")]
+    Unfit(String),
 }
 
 /// Name of the checkpoint of a recording.
@@ -138,29 +99,12 @@ pub fn checkpoint_of(recording: &Path) -> PathBuf {
     recording.with_file_name(name)
 }
 
-impl Head {
-    /// The head of a checkpoint of `case`.
-    pub fn new(case: &Case, engine: Engine, recorded: Recorded) -> Self {
-        Self {
-            percuss: env!("CARGO_PKG_VERSION").into(),
-            numerics: NUMERICS,
-            engine: engine.name().into(),
-            case: case.resolved_toml(),
-            recorded,
-        }
-    }
-}
-
-/// Writes a checkpoint, in place of an earlier one once it is on the disk. Returns its size \[bytes\].
-///
-/// # Errors
-///
-/// The file cannot be written; an earlier one stays.
-pub fn write(path: &Path, head: &Head, state: &mut dyn SaveState) -> Result<u64, CheckpointError> {
+/// Writes a checkpoint, in place of an earlier one once it is on the disk; an earlier one stays if that fails. Returns its size \[bytes\].
+fn write(path: &Path, head: &Head, state: &mut dyn SaveState) -> Result<u64, CheckpointError> {
     write_file(path, head, state).map_err(|error| {
         // delete the unfinished file: the disk space is needed
         drop(std::fs::remove_file(part_of(path)));
-        CheckpointError::System { what: "write", path: path.into(), error }
+        CheckpointError::System("write", path.into(), error)
     })
 }
 
@@ -170,17 +114,48 @@ fn write_file(path: &Path, head: &Head, state: &mut dyn SaveState) -> io::Result
         PartError::System { error, .. } => error,
         error => io::Error::other(error),
     })?;
-    let mut file = Checked::new(BufWriter::new(output));
+    let mut file = Checked { out: BufWriter::new(output), hasher: Hasher::new(), size: 0 };
     file.write_all(&MAGIC)?;
     file.write_all(&VERSION.to_le_bytes())?;
     StateWriter::new(&mut file).put(head)?;
     let mut compressed = zstd::Encoder::new(&mut file, ZSTD_LEVEL)?;
     state.save(&mut StateWriter::new(&mut compressed))?;
     compressed.finish()?;
-    let (mut file, checksum, size) = file.end();
-    file.write_all(&checksum.to_le_bytes())?;
-    file.into_inner().map_err(|error| error.into_error())?.commit(true)?;
+    let Checked { mut out, hasher, size } = file;
+    out.write_all(&hasher.finalize().to_le_bytes())?;
+    out.into_inner().map_err(|error| error.into_error())?.commit(true)?;
     Ok(size + CHECKSUM)
+}
+
+/// A stream whose checksum is computed while it is written.
+struct Checked<W> {
+    out: W,
+    hasher: Hasher,
+    size: u64,
+}
+
+impl<W: Write> Write for Checked<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.hasher.update(&bytes[..written]);
+        self.size += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// True if the first `content` bytes of a file have the checksum that follows them.
+fn is_sound(file: &mut File, content: u64) -> io::Result<bool> {
+    file.seek(SeekFrom::Start(0))?;
+    let mut checked = Checked { out: io::sink(), hasher: Hasher::new(), size: 0 };
+    io::copy(&mut BufReader::with_capacity(1 << 16, &mut *file).take(content), &mut checked)?;
+    file.seek(SeekFrom::Start(content))?;
+    let mut checksum = [0; CHECKSUM as usize];
+    file.read_exact(&mut checksum)?;
+    Ok(checked.size == content && checked.hasher.finalize() == u32::from_le_bytes(checksum))
 }
 
 /// Removes a checkpoint, if there is one, and what a kill may have left of the next.
@@ -191,105 +166,97 @@ fn write_file(path: &Path, head: &Head, state: &mut dyn SaveState) -> io::Result
 pub fn remove(path: &Path) -> Result<(), CheckpointError> {
     [path.to_owned(), part_of(path)].into_iter().try_for_each(|path| match std::fs::remove_file(&path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            Err(CheckpointError::System { what: "remove", path, error })
+            Err(CheckpointError::System("remove", path, error))
         }
         _ => Ok(()),
     })
 }
 
-/// A checkpoint that is sound and belongs to a case.
-pub struct Checkpoint {
-    path: PathBuf,
-    /// What it belongs to.
-    pub head: Head,
-    /// The state, up to the checksum.
-    compressed: BufReader<Take<File>>,
-}
-
-impl Checkpoint {
-    /// Opens the checkpoint of a run of `case`.
-    ///
-    /// # Errors
-    ///
-    /// There is none, it is damaged, or of another program or case.
-    pub fn open(path: &Path, case: &Case, engine: Engine) -> Result<Self, CheckpointError> {
-        let system = |error| CheckpointError::System { what: "read", path: path.into(), error };
-        let damaged = |what: &str| CheckpointError::Damaged { path: path.into(), what: what.into() };
-        let mut file = File::open(path).map_err(system)?;
-        let length = file.metadata().map_err(system)?.len();
-        let mut magic = [0; MAGIC.len()];
-        let is_ours = length >= magic.len() as u64 && {
-            file.read_exact(&mut magic).map_err(system)?;
-            magic == MAGIC
-        };
-        if !is_ours {
-            return Err(CheckpointError::Foreign(path.into()));
-        }
-        let content = length
-            .checked_sub(CHECKSUM)
-            .filter(|content| *content >= BEGINNING)
-            .ok_or_else(|| damaged("it is cut off"))?;
-        if !checksum::is_sound(&mut file, content).map_err(system)? {
-            return Err(damaged("its checksum is another one"));
-        }
-        file.seek(SeekFrom::Start(MAGIC.len() as u64)).map_err(system)?;
-        let mut compressed = BufReader::new(file.take(content - MAGIC.len() as u64));
-        let mut version = [0; 4];
-        compressed.read_exact(&mut version).map_err(system)?;
-        let version = u32::from_le_bytes(version);
-        if version != VERSION {
-            let [found, here] = [version, VERSION].map(|version| format!("format {version}"));
-            return Err(CheckpointError::Program { path: path.into(), found, here });
-        }
-        let head: Head =
-            StateReader::new(&mut compressed).get().map_err(|error| damaged(&error.to_string()))?;
-        head.check(path, case, engine)?;
-        Ok(Self { path: path.into(), head, compressed })
+/// Puts a simulation of `case` into the state of a checkpoint, and returns what was recorded by then.
+///
+/// # Errors
+///
+/// There is no checkpoint, it is damaged, or of another program or case. The simulation is of no use then.
+pub fn load(
+    path: &Path,
+    case: &Case,
+    engine: Engine,
+    simulation: &mut Simulation,
+) -> Result<Recorded, CheckpointError> {
+    let system = |error| CheckpointError::System("read", path.into(), error);
+    let damaged = |what: &dyn Display| {
+        CheckpointError::Unfit(format!("the checkpoint `{}` is damaged: {what};", path.display()))
+    };
+    let mut file = File::open(path).map_err(system)?;
+    let length = file.metadata().map_err(system)?.len();
+    let mut magic = [0; MAGIC.len()];
+    let is_ours = length >= magic.len() as u64 && {
+        file.read_exact(&mut magic).map_err(system)?;
+        magic == MAGIC
+    };
+    if !is_ours {
+        return Err(CheckpointError::Unfit(format!("`{}` is no checkpoint of percuss;", path.display())));
     }
-
-    /// Puts a simulation of the case into the state.
-    ///
-    /// # Errors
-    ///
-    /// The state is not one of this case.
-    pub fn load(self, simulation: &mut Simulation) -> Result<Head, CheckpointError> {
-        let Self { path, head, compressed } = self;
-        let load = || -> Result<(), StateError> {
-            let mut state = zstd::Decoder::with_buffer(compressed)?;
-            simulation.load(&mut StateReader::new(&mut state))?;
-            let (next, expected) = (simulation.next_step(), head.recorded.step + 1);
-            StateError::unless(next == expected, "number of the next step", next)
-        };
-        match load() {
-            Ok(()) => Ok(head),
-            Err(error) => Err(CheckpointError::Damaged { path, what: error.to_string() }),
-        }
+    let content = length.checked_sub(CHECKSUM).filter(|content| *content >= BEGINNING);
+    let content = content.ok_or_else(|| damaged(&"it is cut off"))?;
+    if !is_sound(&mut file, content).map_err(system)? {
+        return Err(damaged(&"its checksum is another one"));
     }
+    file.seek(SeekFrom::Start(MAGIC.len() as u64)).map_err(system)?;
+    let mut compressed = BufReader::new(file.take(content - MAGIC.len() as u64));
+    let mut version = [0; 4];
+    compressed.read_exact(&mut version).map_err(system)?;
+    let other = |found: String, here: String| {
+        CheckpointError::Unfit(format!(
+            "the checkpoint `{}` is of {found}, this is {here}: only the same gives the same numbers; continue the run with that, or",
+            path.display()
+        ))
+    };
+    let [found, here] = [u32::from_le_bytes(version), VERSION].map(|version| format!("format {version}"));
+    if found != here {
+        return Err(other(found, here));
+    }
+    let head: Head = StateReader::new(&mut compressed).get().map_err(|error| damaged(&error))?;
+    let found = programs(&head.percuss, head.numerics, &head.engine);
+    let here = programs(env!("CARGO_PKG_VERSION"), NUMERICS, engine.name());
+    if let Some((found, here)) = found.into_iter().zip(here).find(|(found, here)| found != here) {
+        return Err(other(found, here));
+    }
+    if let Some(differences) = differences(&head.case, case).map_err(|error| damaged(&error.message()))? {
+        return Err(CheckpointError::Unfit(format!(
+            "the checkpoint `{}` belongs to another case: {differences}; restore the case, or",
+            path.display()
+        )));
+    }
+    let load = || -> Result<(), StateError> {
+        let mut state = zstd::Decoder::with_buffer(compressed)?;
+        simulation.load(&mut StateReader::new(&mut state))?;
+        let (next, expected) = (simulation.next_step(), head.recorded.step + 1);
+        StateError::unless(next == expected, "number of the next step", next)
+    };
+    load().map_err(|error| damaged(&error))?;
+    Ok(head.recorded)
 }
 
 impl Head {
-    /// Compares program and case.
-    fn check(&self, path: &Path, case: &Case, engine: Engine) -> Result<(), CheckpointError> {
-        let programs = [
-            (format!("percuss {}", self.percuss), format!("percuss {}", env!("CARGO_PKG_VERSION"))),
-            (
-                format!("revision {} of the numerics", self.numerics),
-                format!("revision {NUMERICS} of the numerics"),
-            ),
-            (format!("--engine {}", self.engine), format!("--engine {}", engine.name())),
-        ];
-        if let Some((found, here)) = programs.into_iter().find(|(found, here)| found != here) {
-            return Err(CheckpointError::Program { path: path.into(), found, here });
-        }
-        let differences = differences(&self.case, case).map_err(|error| CheckpointError::Damaged {
-            path: path.into(),
-            what: error.message().to_owned(),
-        })?;
-        match differences {
-            None => Ok(()),
-            Some(differences) => Err(CheckpointError::Case { path: path.into(), differences }),
+    fn new(case: &Case, engine: Engine, recorded: Recorded) -> Self {
+        Self {
+            percuss: env!("CARGO_PKG_VERSION").into(),
+            numerics: NUMERICS,
+            engine: engine.name().into(),
+            case: case.resolved_toml(),
+            recorded,
         }
     }
+}
+
+/// What must be the same for the same numbers, in words.
+fn programs(percuss: &str, numerics: u32, engine: &str) -> [String; 3] {
+    [
+        format!("percuss {percuss}"),
+        format!("revision {numerics} of the numerics"),
+        format!("--engine {engine}"),
+    ]
 }
 
 /// Where a resolved case that was recorded differs from one that is to be computed, but for what changes no result; `None` if nowhere.
@@ -326,7 +293,7 @@ fn compare(key: &str, there: Option<&toml::Value>, here: Option<&toml::Value>, f
     }
     let [Some(there), Some(here)] = [there, here].map(|value| value.and_then(entries)) else {
         let text = |value: Option<&toml::Value>| match value {
-            Some(value) => clipped(&value.to_string()),
+            Some(value) => clipped(&value.to_string(), LONGEST).into_owned(),
             None => "none".to_owned(),
         };
         found.push(format!("{key} is {} there, {} here", text(there), text(here)));
@@ -347,15 +314,6 @@ fn entries(value: &toml::Value) -> Option<BTreeMap<String, &toml::Value>> {
             Some((1..).zip(list).map(|(number, value): (usize, _)| (number.to_string(), value)).collect())
         }
         _ => None,
-    }
-}
-
-/// The beginning of a long text.
-fn clipped(text: &str) -> String {
-    const LONGEST: usize = 60;
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
     }
 }
 

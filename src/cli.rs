@@ -6,6 +6,7 @@
 
 use std::{
     ffi::OsString,
+    fmt::Display,
     io::{self, IsTerminal, Write},
     path::{Path, PathBuf},
     process::ExitCode,
@@ -25,10 +26,11 @@ use crate::{
     case::{Case, CaseErrors},
     checkpoint::CheckpointError,
     exact::closed_form::NoClosedForm,
+    fit::FitError,
     model::Instructions,
     recording::{FORMAT_VERSION, NUMERICS},
     session::RunError,
-    sweep::plan::WrongCases,
+    sweep::{SweepError, plan::WrongCases},
 };
 
 mod bounces;
@@ -36,16 +38,15 @@ mod cases;
 mod check;
 mod exact;
 mod fit;
-mod layers;
 mod layout;
 mod manual;
 mod materials;
 mod output;
 mod progress;
 mod run;
-mod scales;
 mod study;
 mod sweep;
+mod target;
 
 /// Computes the impact of a rigid indenter on an elastic layer, laminate or half-space and records it as MCAP.
 #[derive(Debug, Parser)]
@@ -107,7 +108,6 @@ enum Command {
     Man(manual::Manual),
 }
 
-/// The case of a command.
 #[derive(Debug, Args)]
 struct CaseArguments {
     /// Name of a built-in case (see `percuss cases`) or path of a TOML file
@@ -159,21 +159,15 @@ pub enum CliError {
     /// The case is invalid.
     #[error(transparent)]
     Case(#[from] CaseErrors),
-    /// Cases of a sweep are invalid.
-    #[error(transparent)]
-    Cases(#[from] WrongCases),
     /// The arguments are invalid.
     #[error("{0}")]
     Usage(String),
+    /// It cannot be done as it is asked for, or the system refuses.
+    #[error("{0}")]
+    Failed(String),
     /// The output exists, or cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The disk has no room for the output.
-    #[error("{0}")]
-    Full(String),
-    /// It cannot be done as it is asked for.
-    #[error("{0}")]
-    Failed(String),
     /// The case has no closed form.
     #[error(transparent)]
     NoClosedForm(#[from] NoClosedForm),
@@ -184,34 +178,22 @@ pub enum CliError {
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     /// No admissible velocity is found.
-    #[error("{0}")]
-    NotAdmissible(String),
+    #[error(transparent)]
+    Search(#[from] SearchError),
+    /// There is no fit.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The sweep is wrong, or has failed.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// Viewers cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),
-    /// A call of the operating system failed.
-    #[error("{what}: {error}")]
-    System {
-        /// What was tried.
-        what: String,
-        /// Why it failed.
-        error: Box<dyn std::error::Error + Send + Sync>,
-    },
-}
-
-impl From<SearchError> for CliError {
-    fn from(error: SearchError) -> Self {
-        match error {
-            SearchError::Case(errors) => Self::Case(errors),
-            SearchError::Run(error) => Self::Run(error),
-            SearchError::NotFound { .. } | SearchError::Unknown(_) => Self::NotAdmissible(error.to_string()),
-        }
-    }
 }
 
 impl CliError {
-    fn system(what: impl Into<String>, error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        Self::System { what: what.into(), error: error.into() }
+    fn system(what: impl Display, error: impl Display) -> Self {
+        Self::Failed(format!("{what}: {error}"))
     }
 }
 
@@ -241,9 +223,14 @@ impl Arguments {
 /// Prints an error to stderr and returns its exit status: 2 for usage and invalid cases, 1 for the rest.
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
-        CliError::Case(errors) => (render(errors), 2),
-        CliError::Cases(wrong) => (render_cases(wrong), 2),
-        CliError::Usage(_) | CliError::NoClosedForm(_) => (on_a_line(error), 2),
+        CliError::Case(errors)
+        | CliError::Search(SearchError::Case(errors))
+        | CliError::Fit(FitError::Case(errors))
+        | CliError::Sweep(SweepError::Case(errors)) => (render(errors), 2),
+        CliError::Sweep(SweepError::Cases(wrong)) => (render_cases(wrong), 2),
+        CliError::Usage(_) | CliError::NoClosedForm(_) | CliError::Sweep(SweepError::Usage(_)) => {
+            (on_a_line(error), 2)
+        }
         _ => (on_a_line(error), 1),
     };
     // if stderr is closed, ignore the failure
@@ -291,22 +278,22 @@ fn render_cases(wrong: &WrongCases) -> String {
     text
 }
 
-/// Writes a text to stdout, without what a file could command a terminal in it.
-fn print(text: &str) -> Result<(), CliError> {
+/// Writes a text to stdout, with which a command is done, without what a file could command a terminal in it.
+fn print(text: &str) -> Result<Exit, CliError> {
     print_escaped(&lines(text))
 }
 
 /// Writes a JSON document to stdout.
-fn print_document(json: &str) -> Result<(), CliError> {
+fn print_document(json: &str) -> Result<Exit, CliError> {
     print_escaped(&document(json))
 }
 
 /// A closed pipe is no error.
-fn print_escaped(text: &str) -> Result<(), CliError> {
+fn print_escaped(text: &str) -> Result<Exit, CliError> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::system("stdout", error)),
-        _ => Ok(()),
+        _ => Ok(Exit::Done),
     }
 }
 

@@ -215,7 +215,7 @@ pub fn fit(
         key: key.clone(),
         value: range.at(*share),
         error: error.map(|error| error * range.slope(*share)),
-        unit: range.unit().into(),
+        unit: range.unit.clone(),
         at_end: !(CLOSE..=1.0 - CLOSE).contains(share),
     });
     Ok(Fit { found: found.collect(), misfit, runs: runs.count, findings })

@@ -25,10 +25,6 @@ impl Tap for Arc<Server> {
 /// Opens a server of the messages of a run on `channels`.
 ///
 /// * `access`: who may connect
-///
-/// # Errors
-///
-/// The address is not available.
 pub fn open(
     address: &Address,
     title: &str,
@@ -53,7 +49,6 @@ pub fn wait_for(server: &Server, viewers: usize, is_over: impl Fn() -> bool) {
     }
 }
 
-/// Slows a run down to a pace.
 #[derive(Debug)]
 pub struct Pace {
     /// Log time per second.

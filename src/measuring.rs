@@ -11,7 +11,6 @@ use crate::{
     view::{EventKind, View},
 };
 
-/// Units of what is measured.
 pub fn units(units: Units) -> measures::Units {
     let Units { length, time, speed, force, energy, stress, .. } = units;
     let [time, length, speed, force, energy, stress] =
@@ -32,7 +31,8 @@ pub fn nothing(interfaces: [usize; 2]) -> Vec<Measure> {
 pub struct Measuring {
     units: Units,
     knows_drag: bool,
-    seen: Observations,
+    /// What was seen so far.
+    pub seen: Observations,
 }
 
 impl Measuring {
@@ -44,17 +44,6 @@ impl Measuring {
         Self { units, knows_drag, seen: Observations::default() }
     }
 
-    /// Goes on from what was seen of the same run.
-    pub fn resume(&mut self, seen: Observations) {
-        self.seen = seen;
-    }
-
-    /// What was seen so far.
-    pub fn seen(&self) -> &Observations {
-        &self.seen
-    }
-
-    /// Takes a step.
     pub fn take(&mut self, view: &View<'_>) {
         let Units { length, time, speed, force, energy, .. } = self.units;
         // a message has no −0
@@ -86,7 +75,6 @@ impl Measuring {
         }
     }
 
-    /// What was measured.
     pub fn measures(&self, validity: &Validity) -> Vec<Measure> {
         let Units { length, time, speed, stress, .. } = self.units;
         let placed = |peak: Option<Peak>| {

@@ -10,19 +10,8 @@
 //! Channels, metadata records and attachments of a recording are in the guide, `tools/guide/src/recording.md`, the history of the format in
 //! `changelog.md` there. Units and meanings of all fields are in the metadata of their channels.
 //!
-//! # What holds when something fails
-//!
-//! A recording is written as `NAME.mcap.part` and gets its name when the run is complete, or was stopped as the case asks. That of a
-//! run that was interrupted or has failed is readable to its end too and keeps the name of the part, as do those that a crash or a full disk
-//! has cut off, of which every closed chunk can be read. So the name asked for never stands for less than a whole run, and an existing file is
-//! never overwritten without `--force`, nor before the new one is whole.
-//!
-//! A run that is interrupted leaves its state beside that, `NAME.mcap.checkpoint`, and every ten minutes of wall time
-//! (`run.checkpoint_every`) every run does, for the case that it is killed: `percuss run --resume` continues from there, and the recording gets the same
-//! messages as without, see [`crate::checkpoint`].
-//!
-//! With `--sync end` (the default) the file is on the disk before it gets its name; with `--sync chunk` every chunk is before the next
-//! one is begun, so that a power failure loses no more than a crash; with `--sync never` both is left to the system.
+//! What holds when something fails is there too, and in `guarantees.md`: a recording is written as `NAME.mcap.part` and gets its name once it is
+//! whole; how a run continues from what is left is in [`crate::checkpoint`].
 
 use std::{
     collections::BTreeMap,
@@ -38,6 +27,9 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) mod copy;
 pub(crate) mod writer;
+
+use copy::CopyError;
+use writer::WriterThread;
 
 /// Version of the recording format, `major.minor`: readers of the same major version understand it.
 ///
@@ -125,21 +117,11 @@ pub enum RecordingError {
     #[error(transparent)]
     Begin(#[from] PartError),
     /// Writing failed; the file is incomplete and lacks its end.
-    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", path.display(), cause(&**error))]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        error: Box<McapError>,
-    },
+    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", .0.display(), cause(&**.1))]
+    Write(PathBuf, Box<McapError>),
     /// What an earlier run has recorded cannot be read up to its checkpoint.
-    #[error("cannot continue `{}`: {what}; begin the run anew with --force in place of --resume", path.display())]
-    Continue {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
+    #[error("cannot continue `{path}`: {1}; begin the run anew with --force in place of --resume", path = .0.display())]
+    Continue(PathBuf, String),
 }
 
 /// CRC-32 of the entries of a metadata record in the order of their keys, each key and value followed by a zero: MCAP has no checksum of
@@ -179,9 +161,8 @@ pub struct Written {
     pub checksum: u32,
 }
 
-/// Messages for the writer.
 #[derive(Default)]
-pub struct Batch {
+pub(crate) struct Batch {
     bytes: Vec<u8>,
     entries: Vec<Entry>,
     /// Memory that deferred work holds \[bytes\].
@@ -208,26 +189,7 @@ impl Batch {
     }
 }
 
-enum Job {
-    Messages(Batch),
-    Attachment(Attachment<'static>),
-    Metadata(Metadata),
-    Channels(Vec<ChannelSpec>),
-    Tap(Box<dyn Tap>),
-    /// Copies what an earlier run has left, up to what is counted as written.
-    Copy {
-        left: Left,
-        written: Box<Written>,
-        answer: SyncSender<Result<(), String>>,
-    },
-    /// Brings all messages onto the disk and answers what has been written.
-    Seal {
-        answer: SyncSender<Written>,
-    },
-    Finish {
-        is_whole: bool,
-    },
-}
+type Job = Box<dyn FnOnce(&mut WriterThread) -> Result<(), McapError> + Send>;
 
 /// Receiver of every message that is written, on the writer thread.
 pub trait Tap: Send {
@@ -239,31 +201,24 @@ pub trait Tap: Send {
 }
 
 /// An MCAP file being written.
-pub struct Recorder {
+pub(crate) struct Recorder {
     /// Name of the file as long as it is being written.
     path: PathBuf,
     queue: Option<SyncSender<Job>>,
     /// Empty batches for reuse.
     spare: Receiver<Batch>,
     writer: Option<JoinHandle<Result<(), McapError>>>,
-    batch: Batch,
+    /// Collects messages for the writer.
+    pub batch: Batch,
 }
 
 impl Recorder {
-    /// Begins the file.
-    ///
-    /// # Errors
-    ///
-    /// The file exists, is being written by another process, or cannot be created.
+    /// Begins the file. Errors of all methods below are the first one of the writer.
     pub fn create(destination: &Destination, compression: Compression) -> Result<Self, RecordingError> {
         Self::with_file(Part::create(&destination.path, destination.overwrite)?, destination, compression)
     }
 
     /// Begins the file anew, beside what an earlier run has left of it, for [`Recorder::copy`].
-    ///
-    /// # Errors
-    ///
-    /// There is nothing left, the file exists, is being written by another process, or cannot be created.
     pub fn resume(
         destination: &Destination,
         compression: Compression,
@@ -283,24 +238,22 @@ impl Recorder {
         let (path, synchronise) = (file.path().unwrap_or(path).to_owned(), *synchronise);
         let writer = std::thread::Builder::new()
             .name("recording".into())
-            .spawn(move || writer::run(file, compression, synchronise, &jobs, &spent))
+            .spawn(move || writer::run(file, compression, synchronise, &jobs, spent))
             .map_err(|error| PartError::System { path: path.clone(), error })?;
         Ok(Self { path, queue: Some(queue), spare, writer: Some(writer), batch: Batch::default() })
     }
 
     /// Declares the channels, numbered from 0 in this order.
-    ///
-    /// # Errors
-    ///
-    /// Of this and all methods below: the first error of the writer.
     pub fn channels(&mut self, channels: Vec<ChannelSpec>) -> Result<(), RecordingError> {
-        self.send(Job::Channels(channels))
+        self.send(move |thread| thread.declare(channels))
     }
 
     /// Passes every message from here on to `tap` too.
     pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
-        self.hand_over()?;
-        self.send(Job::Tap(tap))
+        self.send(move |thread| {
+            thread.tap = Some(tap);
+            Ok(())
+        })
     }
 
     /// Sends the batch to the writer.
@@ -309,13 +262,13 @@ impl Recorder {
             return Ok(());
         }
         let next = self.spare.try_recv().unwrap_or_default();
-        let batch = std::mem::replace(&mut self.batch, next);
-        self.send(Job::Messages(batch))
-    }
-
-    /// The batch that collects messages for the writer.
-    pub fn batch(&mut self) -> &mut Batch {
-        &mut self.batch
+        let mut batch = std::mem::replace(&mut self.batch, next);
+        self.push(move |thread| {
+            thread.write(&mut batch)?;
+            // a full queue has enough spare batches
+            drop(thread.spent.try_send(batch));
+            Ok(())
+        })
     }
 
     /// Sends the batch to the writer if it is full.
@@ -345,36 +298,25 @@ impl Recorder {
     /// disk. Until then it stays.
     ///
     /// * `written`: those
-    ///
-    /// # Errors
-    ///
-    /// It does not have them, or has others, or what it has is damaged.
     pub fn copy(&mut self, left: Left, written: Written) -> Result<(), RecordingError> {
-        self.hand_over()?;
-        let (answer, copied) = sync_channel(1);
-        self.send(Job::Copy { left, written: Box::new(written), answer })?;
-        match copied.recv() {
-            Ok(result) => result.map_err(|what| RecordingError::Continue { path: self.path.clone(), what }),
-            Err(_) => self.join(),
-        }
+        let copied = self.ask(move |thread| match thread.copy(left, &written) {
+            Ok(()) => Ok(Ok(())),
+            Err(CopyError::Read(what)) => Ok(Err(what)),
+            Err(CopyError::Write(error)) => Err(error),
+        })?;
+        copied.map_err(|what| RecordingError::Continue(self.path.clone(), what))
     }
 
     /// Closes the open chunk, waits until all messages are on the disk, and returns what has been written.
     pub fn seal(&mut self) -> Result<Written, RecordingError> {
-        self.hand_over()?;
-        let (answer, sealed) = sync_channel(1);
-        self.send(Job::Seal { answer })?;
-        match sealed.recv() {
-            Ok(written) => Ok(written),
-            Err(_) => Err(self.join().expect_err("a writer that ends without an answer has failed")),
-        }
+        self.ask(WriterThread::seal)
     }
 
     /// Attaches a file; create and log time are 0.
     pub fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
-        self.hand_over()?;
         let (name, media_type, data) = (name.into(), media_type.into(), data.into());
-        self.send(Job::Attachment(Attachment { log_time: 0, create_time: 0, name, media_type, data }))
+        let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data };
+        self.send(move |thread| thread.writer.attach(&attachment))
     }
 
     /// Writes a metadata record, with a checksum among its entries.
@@ -383,23 +325,52 @@ impl Recorder {
         name: &str,
         mut entries: BTreeMap<String, String>,
     ) -> Result<(), RecordingError> {
-        self.hand_over()?;
         entries.insert("checksum".into(), checksum(&entries));
-        self.send(Job::Metadata(Metadata { name: name.into(), metadata: entries }))
+        let metadata = Metadata { name: name.into(), metadata: entries };
+        self.send(move |thread| thread.writer.write_metadata(&metadata))
     }
 
     /// Writes the summary and waits until it is on the disk.
     ///
     /// * `is_whole`: the file gets its name; else it keeps that of a part
     pub fn finish(&mut self, is_whole: bool) -> Result<(), RecordingError> {
-        self.hand_over()?;
-        self.send(Job::Finish { is_whole })?;
+        self.send(move |thread| {
+            thread.is_whole = is_whole;
+            thread.writer.finish().map(drop)
+        })?;
         self.queue = None;
         self.join()
     }
 
-    fn send(&mut self, job: Job) -> Result<(), RecordingError> {
-        match self.queue.as_ref().map(|queue| queue.send(job)) {
+    fn ask<T: Send + 'static>(
+        &mut self,
+        job: impl FnOnce(&mut WriterThread) -> Result<T, McapError> + Send + 'static,
+    ) -> Result<T, RecordingError> {
+        let (sender, answer) = sync_channel(1);
+        self.send(move |thread| {
+            drop(sender.send(job(thread)?));
+            Ok(())
+        })?;
+        match answer.recv() {
+            Ok(answer) => Ok(answer),
+            Err(_) => Err(self.join().expect_err("a writer that ends without an answer has failed")),
+        }
+    }
+
+    /// Hands work to the writer thread, behind the batch.
+    fn send(
+        &mut self,
+        job: impl FnOnce(&mut WriterThread) -> Result<(), McapError> + Send + 'static,
+    ) -> Result<(), RecordingError> {
+        self.hand_over()?;
+        self.push(job)
+    }
+
+    fn push(
+        &mut self,
+        job: impl FnOnce(&mut WriterThread) -> Result<(), McapError> + Send + 'static,
+    ) -> Result<(), RecordingError> {
+        match self.queue.as_ref().map(|queue| queue.send(Box::new(job))) {
             Some(Ok(())) => Ok(()),
             // the writer has failed and returns its error
             _ => self.join(),
@@ -411,7 +382,7 @@ impl Recorder {
         let writer = self.writer.take().expect("a recorder that has failed is not used again");
         match writer.join() {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(error)) => Err(RecordingError::Write { path: self.path.clone(), error: Box::new(error) }),
+            Ok(Err(error)) => Err(RecordingError::Write(self.path.clone(), Box::new(error))),
             Err(panic) => std::panic::resume_unwind(panic),
         }
     }

@@ -1,16 +1,13 @@
 //! A session: the loop over the steps of a run, and its observers.
 //!
-//! [`run`] is the only loop over steps. Their source is a computed case ([`Simulation`]) or a closed form ([`ExactSteps`]);
+//! [`run`] is the only loop over steps. Their source is a computed case ([`Simulation`](crate::simulation::Simulation)) or a closed form ([`ExactSteps`]);
 //! recording, progress, pace and the collecting of studies are [`Observer`]s.
 
 use std::error::Error;
 
+pub use crate::simulation::{Status, Steps};
 use crate::{
-    recording::RecordingError,
-    simulation::{Ending, Simulation, SimulationError},
-    state::SaveState,
-    validity::Validity,
-    view::View,
+    recording::RecordingError, simulation::SimulationError, state::SaveState, validity::Validity, view::View,
 };
 
 mod exact_steps;
@@ -18,108 +15,6 @@ mod recording;
 
 pub use exact_steps::ExactSteps;
 pub use recording::{Recorded, Recording, Source, recorded_case};
-
-/// How a run has ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// All steps are done.
-    Completed,
-    /// The stop condition of the case holds, or the closed form no longer does.
-    Stopped(String),
-    /// An observer has interrupted the run.
-    Interrupted(String),
-    /// The run failed.
-    Failed(String),
-}
-
-impl From<&Ending> for Status {
-    fn from(ending: &Ending) -> Self {
-        match ending {
-            Ending::Completed => Self::Completed,
-            Ending::Stopped(reason) => Self::Stopped(reason.clone()),
-        }
-    }
-}
-
-impl Status {
-    /// Name in the status record.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Completed => "completed",
-            Self::Stopped(_) => "stopped",
-            Self::Interrupted(_) => "interrupted",
-            Self::Failed(_) => "failed",
-        }
-    }
-
-    /// True if nothing is left to be computed.
-    pub fn is_finished(&self) -> bool {
-        matches!(self, Self::Completed | Self::Stopped(_))
-    }
-
-    /// Message of the status record.
-    pub fn message(&self) -> &str {
-        match self {
-            Self::Completed => "all steps done",
-            Self::Stopped(text) | Self::Interrupted(text) | Self::Failed(text) => text,
-        }
-    }
-}
-
-/// A source of the steps of a run.
-pub trait Steps {
-    /// The next step; `None` when the run has ended.
-    ///
-    /// # Errors
-    ///
-    /// The run cannot continue; all steps before have been yielded.
-    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError>;
-
-    /// Computes no further step; those that are computed are still yielded.
-    fn interrupt(&mut self);
-
-    /// Continues after [`Steps::interrupt`], once the steps that are computed have been yielded; the results are those of an
-    /// uninterrupted run.
-    fn resume(&mut self);
-
-    /// The state, if further steps are to follow and all computed ones have been yielded after [`Steps::interrupt`]. `None` also for
-    /// sources without a state.
-    fn drained(&mut self) -> Option<&mut dyn SaveState> {
-        None
-    }
-
-    /// How the source has ended; `None` if it has further steps.
-    fn ending(&self) -> Option<Status>;
-
-    /// Largest pressure and strain so far.
-    fn validity(&mut self) -> Validity;
-}
-
-impl Steps for Simulation {
-    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
-        self.step()
-    }
-
-    fn interrupt(&mut self) {
-        self.interrupt();
-    }
-
-    fn resume(&mut self) {
-        self.resume();
-    }
-
-    fn drained(&mut self) -> Option<&mut dyn SaveState> {
-        if self.is_drained() { Some(self) } else { None }
-    }
-
-    fn ending(&self) -> Option<Status> {
-        self.ending().map(Status::from)
-    }
-
-    fn validity(&mut self) -> Validity {
-        self.validity()
-    }
-}
 
 /// What observes a run. Functions of a [`View`] that return nothing or a [`Flow`] are observers.
 pub trait Observer {
@@ -165,15 +60,6 @@ pub enum Flow {
     Checkpoint,
     /// No further step is computed, for this reason.
     Interrupt(String),
-}
-
-impl Flow {
-    fn reason(self) -> Option<String> {
-        match self {
-            Self::Continue | Self::Checkpoint => None,
-            Self::Interrupt(reason) => Some(reason),
-        }
-    }
 }
 
 impl From<()> for Flow {
@@ -237,9 +123,11 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
             Ok(Some(view)) => {
                 last_step = view.step;
                 notify(&mut observers, &mut failure, |observer| {
-                    let flow = observer.observe(&view)?;
-                    pauses |= flow == Flow::Checkpoint;
-                    interruption = interruption.take().or(flow.reason());
+                    match observer.observe(&view)? {
+                        Flow::Continue => {}
+                        Flow::Checkpoint => pauses = true,
+                        Flow::Interrupt(reason) => drop(interruption.get_or_insert(reason)),
+                    }
                     Ok(())
                 });
             }
@@ -286,7 +174,11 @@ mod tests {
     use percuss_output::part_of;
 
     use super::*;
-    use crate::{case::Case, recording::Destination};
+    use crate::{
+        case::Case,
+        recording::{Destination, copy::metadata},
+        simulation::Simulation,
+    };
 
     /// Error of an unchecked case, and the last step in the status of its recording.
     fn failure(case: &Case) -> (SimulationError, String) {
@@ -298,10 +190,7 @@ mod tests {
         let Err(RunError::Simulation(error)) = run(&mut simulation, &mut [&mut recording]) else {
             panic!("the run fails");
         };
-        let bytes = std::fs::read(part_of(&path)).expect("the recording");
-        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
-        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");
-        let status = mcap::read::metadata(&bytes, index.expect("a status")).expect("a record").metadata;
+        let [status] = metadata(&part_of(&path), ["percuss.status"]).expect("a status");
         assert_eq!(status["status"], "failed");
         assert_eq!(status["message"], error.to_string());
         (error, status["last_step"].clone())

@@ -36,24 +36,70 @@
 //!
 //! # Modules
 //!
-//! * [`request`], [`spec`], `random`: what is asked for; lists, ranges, tables, samples
+//! * [`request`], [`spec`]: what is asked for; lists, ranges, tables, samples
 //! * [`plan`]: the cases of a sweep, all checked before the first is run
 //! * [`journal`], [`folder`]: what is done; the files of a sweep
 //! * [`schedule`]: cases on threads, within a bound of memory
 //! * `measure`, `summary`, `uncertainty`: what is read off a run on the way; the table of it, and of a random sample what it comes to
 //! * [`script`]: job scripts for schedulers of clusters
 
-pub mod folder;
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use percuss_output::OutputError;
+
+use crate::{case::CaseErrors, session::RunError};
+
+pub(crate) mod folder;
 pub mod journal;
 mod measure;
-pub mod plan;
-mod random;
-pub mod request;
-pub mod schedule;
-pub mod script;
-pub mod spec;
+pub(crate) mod plan;
+pub(crate) mod request;
+pub(crate) mod schedule;
+pub(crate) mod script;
+pub(crate) mod spec;
 mod summary;
-pub mod uncertainty;
+pub(crate) mod uncertainty;
+
+/// Why a sweep cannot be planned, or does not go on; none of it is the fault of a case that is computed.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// The case that all others vary is wrong.
+    #[error(transparent)]
+    Case(#[from] CaseErrors),
+    /// Some cases are wrong.
+    #[error(transparent)]
+    Cases(#[from] plan::WrongCases),
+    /// What is asked for is not possible.
+    #[error("{0}")]
+    Usage(String),
+    /// Another process works on the same cases.
+    #[error("another percuss works on this sweep: `{}` is locked", .0.display())]
+    Busy(PathBuf),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The recording of a case failed, as on a full disk.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The folder is another one, a case has changed, or the system refuses.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl SweepError {
+    /// Why the system refuses a file or folder.
+    fn system(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |error| Self::Failed(format!("`{}`: {error}", path.display()))
+    }
+
+    /// Why a file that is read cannot be.
+    fn unread(path: &Path) -> impl Fn(String) -> Self {
+        move |what| Self::Usage(format!("cannot read `{}`: {what}", path.display()))
+    }
+}
 
 /// Largest number of cases of a sweep.
 pub const MAX_CASES: usize = 1_000_000;

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// One step k of a simulation or of a closed form.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct View<'a> {
     /// Number k of the step.
     pub step: u64,
@@ -50,7 +50,7 @@ pub struct StrikerMotion {
 }
 
 /// Interface stress at the nodes of the surface.
-#[derive(Clone)]
+#[derive(Clone, Debug, Default)]
 pub struct Interface<'a> {
     /// Radius of node 0 \[R\].
     pub r0: f64,
@@ -69,7 +69,7 @@ pub struct Interface<'a> {
 }
 
 /// Interface stress at any radius.
-pub trait StressAt: Sync {
+pub trait StressAt: std::fmt::Debug + Sync {
     /// Interface stress at radius `r` in this step \[γc_p²\]; NaN where it is not known.
     fn stress_at(&self, r: f64) -> f64;
 }

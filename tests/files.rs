@@ -7,7 +7,10 @@ use std::{
     process::Command,
 };
 
-use percuss::sweep::journal::{Entry, Journal, JournalError, State, line};
+use percuss::sweep::{
+    SweepError,
+    journal::{Entry, Journal, State, line},
+};
 
 use crate::sweep::{SMALL, folder, recordings, refusal, succeed, text};
 
@@ -134,7 +137,7 @@ fn lines_are_kept_while_another_process_replaces_the_journal() {
     let open = || loop {
         match Journal::open(&path) {
             Ok(journal) => return journal,
-            Err(JournalError::Busy(_)) => {}
+            Err(SweepError::Busy(_)) => {}
             Err(error) => panic!("{error}"),
         }
     };

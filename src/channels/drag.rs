@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, units::Units};
 
-/// The drag channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, force, .. } = case.units();
     let (what, radius) = match case.load {

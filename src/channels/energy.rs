@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, model::TargetEnergy, units::Units};
 
-/// The energy channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { time, energy: unit, .. } = case.units();
     let is_layered = case.sizes.layers.len() > 1;

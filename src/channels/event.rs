@@ -8,7 +8,6 @@ use crate::{
     units::Units,
 };
 
-/// The event channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, .. } = case.units();
     let since = "since when, for events that are known only later: when contact was lost, of a separation, or turned back, of an extension";

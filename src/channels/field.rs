@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, model::Field, units::Units};
 
-/// The channel of `field`, with the nodes that `case` records.
 pub fn channel(case: &Case, field: Field) -> Channel {
     let meaning = match field {
         Field::Displacement => "displacement u_z into the target",

@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, units::Units};
 
-/// The interface stress channel, at the interval of `case`.
 pub fn channel(case: &Case) -> Channel {
     let every = case.record.interface_every;
     let nodes = case.column(case.sizes.contact_reach) as u64;

@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, model::Line, units::Units};
 
-/// The channel of line number `number` of `case`.
 pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let Units { length, time, stress, .. } = case.units();
     let meaning = "stress -sigma_zz, compression positive like the interface stress, at s0 + n ds";

@@ -7,10 +7,8 @@ pub use crate::message::foxglove::log::Level;
 use super::{Channel, FieldNote};
 use crate::{message::foxglove, view::EventKind};
 
-/// Topic of the log.
 pub const TOPIC: &str = "/log";
 
-/// The timestamp of a log time \[ns\].
 pub fn timestamp(log_time: u64) -> Timestamp {
     Timestamp { seconds: (log_time / 1_000_000_000) as i64, nanos: (log_time % 1_000_000_000) as i32 }
 }
@@ -27,7 +25,6 @@ pub fn line(level: Level, log_time: u64, text: &str) -> foxglove::Log {
     }
 }
 
-/// The log channel: it emits a line for every event.
 pub fn channel() -> Channel {
     let fields = vec![
         FieldNote::new("level", "1", "severity, 1 DEBUG to 5 FATAL"),
@@ -37,7 +34,7 @@ pub fn channel() -> Channel {
         for event in &*view.events {
             let level =
                 if matches!(event.kind, EventKind::Warning(_)) { Level::Warning } else { Level::Info };
-            outlet.put(&line(level, outlet.log_time(), &event.text));
+            outlet.put(&line(level, outlet.log_time, &event.text));
         }
     })
 }

@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate, list};
 use crate::{case::Case, message::percuss, units::Units};
 
-/// The points channel, at the points of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, speed, stress, .. } = case.units();
     let points = &case.record.points;

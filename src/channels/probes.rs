@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate, list};
 use crate::{case::Case, message::percuss, units::Units};
 
-/// The probes channel, at the radii of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, stress, .. } = case.units();
     let radii = case.record.probes.clone();

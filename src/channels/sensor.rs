@@ -14,7 +14,6 @@ use crate::{
     view::View,
 };
 
-/// The mean that a sensor shows.
 struct Mean {
     /// Its points among the gauges, and their shares.
     points: Range<usize>,
@@ -35,7 +34,6 @@ impl Mean {
         Self { points, shares, quantity, unit }
     }
 
-    /// Its value in a step.
     fn of(&self, view: &View<'_>) -> Option<f64> {
         let points = view.gauges.as_ref()?.points.get(self.points.clone())?;
         let number = |point: &PointState| match self.quantity {
@@ -87,7 +85,6 @@ pub fn channel(case: &Case, number: usize) -> Channel {
 
 /// What a sensor with a band holds back.
 pub struct Held {
-    /// Number of its channel.
     pub channel: usize,
     mean: Mean,
     /// Corners, in sampling rates.
@@ -109,7 +106,6 @@ impl Held {
         Some(Self { channel, mean: Mean::new(case, number), band, dt, time, values: Vec::new() })
     }
 
-    /// Takes a step.
     pub fn take(&mut self, view: &View<'_>) {
         self.values.extend(self.mean.of(view));
     }

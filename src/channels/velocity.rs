@@ -3,7 +3,6 @@
 use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, units::Units};
 
-/// The velocity channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, speed, .. } = case.units();
     let gives = case.indenter.striker.is_some();

@@ -18,11 +18,9 @@ use crate::{
     message::foxglove,
 };
 
-mod colours;
 mod fronts;
 mod grid;
 mod image;
-mod labels;
 mod plate;
 mod profile;
 mod scene;
@@ -43,7 +41,6 @@ pub const WORLD: &str = "world";
 /// Name of the frame of reference that moves with the indenter.
 pub const INDENTER: &str = "indenter";
 
-/// The view channels of a case.
 pub(super) fn channels(case: &Case) -> Vec<Channel> {
     let viewport = Arc::new(Viewport::new(case));
     let section = Arc::new(Mutex::new(Section::new(case, &viewport)));
@@ -64,9 +61,8 @@ pub(super) fn channels(case: &Case) -> Vec<Channel> {
     case.record.views.iter().filter(wanted).map(channel).collect()
 }
 
-/// Timestamp of a message.
 fn timestamp(outlet: &Outlet<'_>) -> Timestamp {
-    super::log::timestamp(outlet.log_time())
+    super::log::timestamp(outlet.log_time)
 }
 
 /// An empty entity of a scene.

@@ -26,7 +26,7 @@ const LARGE: u64 = 256 << 20;
 /// Records a run with checkpoints: one every now and then, one at an interruption. Only the newest is kept, and none once the
 /// recording is whole.
 pub struct Checkpoints<'a> {
-    recording: Recording,
+    pub(crate) recording: Recording,
     case: &'a Case,
     engine: Engine,
     /// None for a recording that goes to a device.
@@ -61,12 +61,6 @@ impl<'a> Checkpoints<'a> {
             last: Instant::now(),
             say: Box::new(say),
         }
-    }
-
-    /// The recording.
-    #[cfg(feature = "cli")]
-    pub(crate) fn recording(&self) -> &Recording {
-        &self.recording
     }
 }
 

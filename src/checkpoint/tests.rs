@@ -7,8 +7,8 @@ use percuss_table::measures::Observations;
 use super::*;
 use crate::{
     advice::Advised,
-    recording::{Destination, Written},
-    session::{self, Flow, Recording, Source},
+    recording::{Destination, Written, copy::metadata},
+    session::{self, Flow, Recording, Source, Steps},
     view::View,
 };
 
@@ -48,7 +48,7 @@ fn written(path: &Path, case: &Case) -> Head {
 }
 
 fn refusal(path: &Path, case: &Case, engine: Engine) -> String {
-    Checkpoint::open(path, case, engine).err().expect("it is refused").to_string()
+    load(path, case, engine, &mut Simulation::new(case)).expect_err("it is refused").to_string()
 }
 
 #[test]
@@ -60,8 +60,8 @@ fn a_checkpoint_is_taken_up() {
     // how often checkpoints are written is not part of the case
     let case = case(&["run.checkpoint_every=0.5"]);
     let mut simulation = Simulation::new(&case);
-    let checkpoint = Checkpoint::open(&path, &case, Engine::Blocked).expect("a checkpoint");
-    assert_eq!(checkpoint.load(&mut simulation).expect("a state"), head);
+    let recorded = load(&path, &case, Engine::Blocked, &mut simulation).expect("a checkpoint");
+    assert_eq!(recorded, head.recorded);
     assert_eq!(simulation.next_step(), head.recorded.step + 1);
     // nothing else is left, also by a second one
     written(&path, &case);
@@ -104,9 +104,8 @@ fn checkpoints_of_others_are_refused_with_what_differs() {
     // the head of another step
     (head.numerics, head.recorded.step) = (NUMERICS, 4);
     write(&path, &head, &mut simulation).expect("room");
-    let checkpoint = Checkpoint::open(&path, &here, Engine::Blocked).expect("a checkpoint");
-    let error = checkpoint.load(&mut Simulation::new(&here)).expect_err("another step");
-    assert!(error.to_string().contains("number of the next step = 0"), "{error}");
+    let text = refusal(&path, &here, Engine::Blocked);
+    assert!(text.contains("number of the next step = 0"), "{text}");
 }
 
 #[test]
@@ -154,9 +153,8 @@ fn forged_files_are_refused() {
     let head = 16 + u32::from_le_bytes(content[12..16].try_into().expect("four bytes")) as usize;
     for state in [&content[head..content.len() - 9], &b"no zstd"[..], &[]] {
         sealed(&path, &[&content[..head], state].concat());
-        let checkpoint = Checkpoint::open(&path, &case, Engine::Blocked).expect("a sound head");
-        let error = checkpoint.load(&mut Simulation::new(&case)).expect_err("no state");
-        assert!(error.to_string().contains("is damaged"), "{error}");
+        let text = refusal(&path, &case, Engine::Blocked);
+        assert!(text.contains("is damaged"), "{text}");
     }
 }
 
@@ -165,9 +163,8 @@ fn run_up_to(step: u64, path: &Path, case: &Case) {
     let (destination, checkpoint) = (Destination::new(path), checkpoint_of(path));
     let mut simulation = Simulation::new(case);
     let recording = if checkpoint.exists() {
-        let found = Checkpoint::open(&checkpoint, case, Engine::Blocked).expect("a checkpoint");
-        let head = found.load(&mut simulation).expect("a state");
-        Recording::resume(&destination, case, &head.recorded)
+        let recorded = load(&checkpoint, case, Engine::Blocked, &mut simulation).expect("a checkpoint");
+        Recording::resume(&destination, case, &recorded)
     } else {
         Recording::create(&destination, case, Source::Simulation)
     };
@@ -185,10 +182,8 @@ fn a_run_in_pieces_records_the_same_measures() {
     let folder = tempfile::tempdir().expect("a folder");
     let case = Case::sound("fig9-m1", &["mesh.cells=12", "record.frames=25"]);
     let measures = |path: &Path| {
-        let bytes = fs::read(path).expect("the recording");
-        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
-        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.summary");
-        mcap::read::metadata(&bytes, index.expect("the record")).expect("a record").metadata
+        let [summary] = metadata(path, ["percuss.summary"]).expect("the record");
+        summary
     };
     let [whole, pieces] = ["whole.mcap", "pieces.mcap"].map(|name| folder.path().join(name));
     run_up_to(u64::MAX, &whole, &case);

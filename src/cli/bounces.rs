@@ -2,7 +2,7 @@
 //!
 //! What is between them is not computed: without drag the ball comes back as fast as it has left. Ball and target begin each impact without waves.
 
-use std::{array, iter, path::Path};
+use std::path::Path;
 
 use percuss_output::OutputError;
 
@@ -12,14 +12,6 @@ use crate::{
     recording::{Destination, copy::metadata},
     units::engineering,
 };
-
-/// Columns of the table: their names, units and heads.
-const COLUMNS: [(&str, &str, &str); 4] = [
-    ("velocity", "m/s", "velocity"),
-    ("peak_force", "N", "peak force"),
-    ("contact_duration", "s", "contact"),
-    ("restitution", "", "restitution"),
-];
 
 /// Computes all impacts of a case, those that are not complete, into `NAME-1.mcap` and so on, and writes their table.
 ///
@@ -84,25 +76,21 @@ fn measured(path: &Path) -> Option<[f64; 3]> {
 
 /// A row for each impact.
 fn csv(rows: &[[f64; 4]]) -> String {
-    let heads = COLUMNS.map(|(name, unit, _)| match unit {
-        "" => name.to_owned(),
-        unit => format!("{name} [{unit}]"),
-    });
-    let lines = (1..)
-        .zip(rows)
-        .map(|(n, row): (usize, _)| format!("{n},{}", row.map(|x| format!("{x:?}")).join(",")));
-    iter::once(format!("impact,{}", heads.join(","))).chain(lines).map(|line| line + "\n").collect()
+    let line = |(n, row): (usize, &[f64; 4])| format!("{n},{}\n", row.map(|x| format!("{x:?}")).join(","));
+    let head = "impact,velocity [m/s],peak_force [N],contact_duration [s],restitution\n";
+    head.to_owned() + &(1..).zip(rows).map(line).collect::<String>()
 }
 
 /// The same for people.
 fn text(rows: &[[f64; 4]]) -> String {
-    let line = |n: String, cells: [String; 4]| {
+    let line = |n: &str, cells: [String; 4]| {
         format!("{n:<6}{}\n", cells.map(|cell| format!("  {cell:>11}")).concat())
     };
-    let head = line("impact".into(), COLUMNS.map(|(.., head)| head.to_owned()));
-    let cell = |x: f64, unit: &str| if unit.is_empty() { format!("{x:.4}") } else { engineering(x, unit) };
-    let of = |(n, row): (usize, &[f64; 4])| {
-        line(n.to_string(), array::from_fn(|column| cell(row[column], COLUMNS[column].1)))
+    let of = |(n, &[velocity, force, duration, restitution]): (usize, &[f64; 4])| {
+        let [v, f, t] =
+            [(velocity, "m/s"), (force, "N"), (duration, "s")].map(|(x, unit)| engineering(x, unit));
+        line(&n.to_string(), [v, f, t, format!("{restitution:.4}")])
     };
+    let head = line("impact", ["velocity", "peak force", "contact", "restitution"].map(str::to_owned));
     head + &(1..).zip(rows).map(of).collect::<String>()
 }

@@ -1,7 +1,5 @@
 //! `percuss cases`: the built-in cases and their closed forms.
 
-use std::fmt::Write;
-
 use clap::Args;
 
 use super::{CliError, Exit, print};
@@ -33,31 +31,25 @@ impl Cases {
             rows.push((name, ClosedForm::for_case(&case).ok(), case.title.clone()));
         }
         let text = if self.json {
-            let list: Vec<_> = rows
-                .iter()
-                .map(|(name, form, title)| {
-                    let exact = form.as_ref().map(|form| {
-                        serde_json::json!({
-                            "form": form.name,
-                            "text": form.to_string(),
-                            "end_time": Some(form.end_time).filter(|time| time.is_finite()),
-                        })
-                    });
-                    serde_json::json!({ "name": name, "title": title, "exact": exact })
-                })
-                .collect();
+            let entry = |(name, form, title): &(_, Option<ClosedForm>, _)| {
+                let exact = form.as_ref().map(|form| {
+                    serde_json::json!({
+                        "form": form.name,
+                        "text": form.to_string(),
+                        "end_time": Some(form.end_time).filter(|time| time.is_finite()),
+                    })
+                });
+                serde_json::json!({ "name": name, "title": title, "exact": exact })
+            };
+            let list: Vec<_> = rows.iter().map(entry).collect();
             format!("{:#}\n", serde_json::json!({ "version": 1, "cases": list }))
         } else {
-            let mut text = String::new();
-            for (name, form, title) in &rows {
-                writeln!(text, "{name:<27} {title}").expect("a String grows");
-                if let Some(form) = form {
-                    writeln!(text, "{:<27}   exact: {form}", "").expect("a String grows");
-                }
-            }
-            text
+            let line = |(name, form, title): &(_, Option<ClosedForm>, _)| {
+                let exact = form.as_ref().map(|form| format!("{:<27}   exact: {form}\n", ""));
+                format!("{name:<27} {title}\n{}", exact.unwrap_or_default())
+            };
+            rows.iter().map(line).collect()
         };
-        print(&text)?;
-        Ok(Exit::Done)
+        print(&text)
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use clap::Args;
 use percuss_output::text::{printable, say};
 
-use super::{CaseArguments, CliError, Exit, layers, print, print_document, scales};
+use super::{CaseArguments, CliError, Exit, print, print_document, target};
 use crate::{
     advice::{
         self, Finding,
@@ -17,7 +17,7 @@ use crate::{
     },
     case::{Case, GradingFacts, Sizes, Stop},
     exact::hertz::Hertz,
-    units::{Dimension, Units},
+    units::{Dimension, Unit, Units},
     validity::STRAIN_LIMIT,
 };
 
@@ -65,21 +65,19 @@ impl Check {
         }
         let case = case?;
         if self.resolved {
-            print(&case.resolved_toml())?;
-            return Ok(Exit::Done);
+            return print(&case.resolved_toml());
         }
         let estimate = Estimate::new(&case);
-        let admissible = self.admissible.then(|| find_velocity(&case, self.limit)).transpose()?;
+        let trial = self.admissible.then(|| find_velocity(&case, self.limit)).transpose()?;
+        let admissible = trial.map(|trial| (self.limit, trial));
         let findings = advice::of_case(&case);
         if self.json {
-            print_document(&json(&case, &estimate, admissible.map(|trial| (self.limit, trial)), &findings))?;
-        } else {
-            for Finding { text, .. } in &findings {
-                say(&format!("warning: {text}"));
-            }
-            print(&table(&self.case.case, &case, &estimate, admissible.map(|trial| (self.limit, trial))))?;
+            return print_document(&json(&case, &estimate, admissible, &findings));
         }
-        Ok(Exit::Done)
+        for Finding { text, .. } in &findings {
+            say(&format!("warning: {text}"));
+        }
+        print(&table(&self.case.case, &case, &estimate, admissible))
     }
 }
 
@@ -114,7 +112,7 @@ fn json(
         "runnable": true,
         "case": case.resolved_json(),
         "sizes": case.sizes,
-        "layers": layers::json(case),
+        "layers": target::json(case),
         "back": case.target.back,
         "estimate": {
             "memory_bytes": estimate.memory,
@@ -167,37 +165,25 @@ fn json(
 fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<(Limit, Trial)>) -> String {
     let &Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, .. } = &case.sizes;
     let Units { length, time, .. } = case.units();
-    let (nodes, courant) = (format!("{nr} x {} nodes", nz + 1), case.wave_speed() * dt / dr);
-    let end = steps as f64 * dt;
+    let courant = case.wave_speed() * dt / dr;
     let is_layered = case.sizes.layers.len() > 1;
     let which = if is_layered { " in the struck layer" } else { "" };
+    let end = steps as f64 * dt;
     let mut rows = vec![("case", format!("{}: {}", printable(name), printable(&case.title)))];
-    match case.scales {
-        None => {
-            let thickness = case.target.thickness.filter(|_| is_layered).unwrap_or(depth);
-            let target = layers::target(case, &thickness.to_string());
-            let c_s = case.target.material.shear_wave_speed;
-            rows.push(("target", format!("{target}, c_s = {c_s}")));
-            rows.extend(layers::rows(case));
-            rows.extend([
-                ("mesh", format!("{nodes} to r = {outer_radius:.4}, z = {depth:.4}")),
-                (
-                    "spacing",
-                    format!("dr = {dr:.6e}, dz = {dz:.6e}{which}, radial Courant number {courant:.6}"),
-                ),
-                ("time", format!("{steps} steps of {dt:.6e} to t = {end:.6}")),
-            ]);
-        }
-        Some(scales) => {
-            rows.extend(scales::rows(case, &scales));
-            let [r, z, dr, dz] = [outer_radius, depth, dr, dz].map(|x| length.text(x));
-            rows.extend([
-                ("mesh", format!("{nodes} to r = {r}, z = {z}")),
-                ("spacing", format!("dr = {dr}, dz = {dz}{which}, radial Courant number {courant:.6}")),
-                ("time", format!("{steps} steps of {} to t = {}", time.text(dt), time.text(end))),
-            ]);
-        }
+    if case.scales.is_none() {
+        let thickness = case.target.thickness.filter(|_| is_layered).unwrap_or(depth);
+        let target = target::target(case, &thickness.to_string());
+        rows.push(("target", format!("{target}, c_s = {}", case.target.material.shear_wave_speed)));
     }
+    rows.extend(target::rows(case));
+    let fine = |(unit, x): (Unit, f64)| case.scales.map_or_else(|| format!("{x:.6e}"), |_| unit.text(x));
+    let [dr, dz, dt] = [(length, dr), (length, dz), (time, dt)].map(fine);
+    let [r, z] = [outer_radius, depth].map(|x| length.text(x));
+    rows.extend([
+        ("mesh", format!("{nr} x {} nodes to r = {r}, z = {z}", nz + 1)),
+        ("spacing", format!("dr = {dr}, dz = {dz}{which}, radial Courant number {courant:.6}")),
+        ("time", format!("{steps} steps of {dt} to t = {}", time.text_to(6, end))),
+    ]);
     let Estimate { memory, messages, file, seconds } = *estimate;
     let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
     rows.extend(case.grading_facts().map(|facts| ("grading", grading(case, &facts))));
@@ -211,30 +197,21 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<(Limit
         ("run time", format!("about {seconds:.2} s")),
     ]);
     if case.run.stop != Stop::Never {
-        rows.push((
-            "stop",
-            "maybe earlier, as run.stop asks; recording and run time are up to the end".into(),
-        ));
+        let text = "maybe earlier, as run.stop asks; recording and run time are up to the end";
+        rows.push(("stop", text.into()));
     }
     if case.run.bounces > 1 {
-        let bounces = case.run.bounces;
-        rows.push((
-            "bounces",
-            format!("{bounces} impacts, each a run with a recording; all above is of the first"),
-        ));
+        let text = "impacts, each a run with a recording; all above is of the first";
+        rows.push(("bounces", format!("{} {text}", case.run.bounces)));
     }
     if let Some((limit, Trial { velocity, strain, ratio, .. })) = admissible {
         let velocity = metres_per_second(case, velocity)
             .map_or_else(|| format!("{velocity:.4e}"), |si| format!("{si:.4e} m/s"));
-        rows.push((
-            "velocity",
-            match limit {
-                Limit::Strain => {
-                    format!("V0 = {velocity} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}")
-                }
-                _ => format!("V0 = {velocity} keeps {}, at {ratio:.3} of it", limit.text()),
-            },
-        ));
+        let text = match limit {
+            Limit::Strain => format!("strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}"),
+            _ => format!("keeps {}, at {ratio:.3} of it", limit.text()),
+        };
+        rows.push(("velocity", format!("V0 = {velocity} {text}")));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
 }

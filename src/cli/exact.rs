@@ -48,7 +48,7 @@ impl Exact {
         let recording = pool.install(|| Recording::create(&destination, &case, source));
         let mut recording = recording.map_err(RunError::from)?;
         let mut progress =
-            Progress::new(&case, steps.form().last_step(), self.output.quiet, self.output.progress.every);
+            Progress::of_run(&case, steps.form().last_step(), self.output.quiet, self.output.progress.every);
         progress.say(&format!("{}: {}", printable(&self.case.case), steps.form()));
         if !(case.record.points.is_empty() && case.record.lines.is_empty() && case.record.sensors.is_empty())
         {

@@ -1,6 +1,6 @@
 //! `percuss fit`: values of keys with which a case gives what was measured.
 
-use std::{fmt::Write as _, fs, path::PathBuf};
+use std::{fmt::Display, fs, path::PathBuf};
 
 use clap::Args;
 use percuss_output::{
@@ -12,7 +12,7 @@ use percuss_table::measures::Measure;
 use super::{CaseArguments, CliError, Exit, default_output, output::ThreadArguments, print};
 use crate::{
     case::{Case, quantity_si, split_number},
-    fit::{Fit, FitError, Found, Goal, Series, Trial, fit},
+    fit::{Fit, Found, Goal, Series, Trial, fit},
     sweep::spec::{Range, Vary},
     units::Dimension,
 };
@@ -63,19 +63,16 @@ pub(super) struct FitArguments {
 impl FitArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let base = self.case.load_single()?.vary().set("record.frames", 0).build()?;
-        let ranges = self.vary.iter().map(|text| Vary::parse(text).range());
-        let ranges =
-            ranges.collect::<Result<Vec<_>, _>>().map_err(|error| CliError::Usage(error.to_string()))?;
+        let ranges = self.vary.iter().map(|text| Vary::parse(text).range()).collect::<Result<Vec<_>, _>>()?;
         let goals = self.to.iter().map(|text| self.goal(&base, text)).collect::<Result<Vec<_>, _>>()?;
         let folder = self.output.clone().unwrap_or_else(|| default_output(&self.case.case, "-fit"));
         if folder.exists() {
             let text = format!("`{}` is there; choose another folder with -o", folder.display());
             return Err(CliError::Usage(text));
         }
-        let wrong = |error| CliError::system(format!("`{}`", folder.display()), error);
-        fs::create_dir_all(&folder).map_err(wrong)?;
-        let mut rows =
-            csv::Writer::from_path(folder.join("runs.csv")).map_err(|error| wrong(error.into()))?;
+        let wrong = |error: &dyn Display| CliError::system(format!("`{}`", folder.display()), error);
+        fs::create_dir_all(&folder).map_err(|error| wrong(&error))?;
+        let mut rows = csv::Writer::from_path(folder.join("runs.csv")).map_err(|error| wrong(&error))?;
         let mut written = Ok(());
         let mut watch = |number: usize, trial: &Trial, measures: &[Measure]| {
             if !self.quiet {
@@ -87,19 +84,13 @@ impl FitArguments {
         };
         let pool = self.threads.pool()?;
         let found = pool.install(|| fit(&base, &ranges, &goals, self.runs as usize, &mut watch));
-        written.map_err(|error| wrong(error.into()))?;
-        let fit = found.map_err(|error| match error {
-            FitError::Case(errors) => CliError::Case(errors),
-            FitError::Run(error) => CliError::Run(error),
-            FitError::Nothing(text) => CliError::Failed(text),
-        })?;
+        written.map_err(|error| wrong(&error))?;
+        let fit = found?;
         let json = format!("{:#}\n", serde_json::json!({ "version": 1, "title": base.title, "fit": fit }));
-        fs::write(folder.join("fit.json"), &json).map_err(wrong)?;
-        print(&if self.json { json } else { text(&fit) })?;
-        Ok(Exit::Done)
+        fs::write(folder.join("fit.json"), &json).map_err(|error| wrong(&error))?;
+        print(&if self.json { json } else { text(&fit) })
     }
 
-    /// What is compared.
     fn goal(&self, base: &Case, text: &str) -> Result<Goal, CliError> {
         let usage = |what: String| CliError::Usage(format!("--to {text}: {what}"));
         let Some((name, value)) = text.split_once('=') else {
@@ -145,7 +136,6 @@ impl FitArguments {
     }
 }
 
-/// What a run was, in a line.
 fn line(number: usize, ranges: &[(String, Range)], trial: &Trial) -> String {
     let values = ranges.iter().zip(&trial.values).map(|((key, _), value)| format!("{key} = {value}"));
     format!("run {number}: {}, misfit {:.4e}", values.collect::<Vec<_>>().join(", "), trial.misfit)
@@ -171,21 +161,17 @@ fn row(
     Ok(rows.flush()?)
 }
 
-/// The result for people.
 fn text(fit: &Fit) -> String {
     let mut text = String::new();
     for Found { key, value, error, unit, at_end } in &fit.found {
-        let digits = |x: f64| format!("{:.4}", x);
-        let error = error
-            .map_or(", error not known: as many keys as numbers, and these have no errors".into(), |error| {
-                format!(" ± {}", digits(error))
-            });
+        let error = match error {
+            Some(error) => format!(" ± {error:.4}"),
+            None => ", error not known: as many keys as numbers, and these have no errors".into(),
+        };
         let end = if *at_end { "; at the end of its range, which may be too narrow" } else { "" };
-        writeln!(text, "{key} = {} {unit}{error}{end}", digits(*value)).expect("a String grows");
+        text += &format!("{key} = {value:.4} {unit}{error}{end}\n");
     }
-    writeln!(text, "misfit {:.3e}, {} runs", fit.misfit, fit.runs).expect("a String grows");
-    for finding in &fit.findings {
-        writeln!(text, "warning: {}", finding.text).expect("a String grows");
-    }
+    text += &format!("misfit {:.3e}, {} runs\n", fit.misfit, fit.runs);
+    text.extend(fit.findings.iter().map(|finding| format!("warning: {}\n", finding.text)));
     text
 }

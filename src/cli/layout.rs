@@ -53,10 +53,8 @@ impl Layout {
             Viewer::Lichtblick => (builder.lichtblick(), print_document),
             Viewer::Plotjuggler => (builder.plotjuggler(), print),
         };
-        match &self.output {
-            None => show(&text)?,
-            Some(path) => percuss_output::write(path, text.as_bytes(), self.force)?,
-        }
+        let Some(path) = &self.output else { return show(&text) };
+        percuss_output::write(path, text.as_bytes(), self.force)?;
         Ok(Exit::Done)
     }
 }

@@ -24,8 +24,7 @@ pub(super) struct Completions {
 
 impl Completions {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        print(&completions(Arguments::command(), self.shell))?;
-        Ok(Exit::Done)
+        print(&completions(Arguments::command(), self.shell))
     }
 }
 
@@ -45,10 +44,8 @@ pub(super) struct Manual {
 
 impl Manual {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        match &self.output {
-            None => print(&page(Arguments::command()))?,
-            Some(folder) => drop(write_pages(Arguments::command(), folder)?),
-        }
+        let Some(folder) = &self.output else { return print(&page(Arguments::command())) };
+        write_pages(Arguments::command(), folder)?;
         Ok(Exit::Done)
     }
 }

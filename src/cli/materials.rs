@@ -1,7 +1,5 @@
 //! `percuss materials`: the materials that cases can name.
 
-use std::fmt::Write;
-
 use clap::Args;
 
 use super::{CliError, Exit, print};
@@ -35,8 +33,7 @@ type Row = (&'static Preset, Elastic);
 impl Materials {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let rows: Vec<Row> = PRESETS.iter().map(|preset| (preset, preset.elastic())).collect();
-        print(&if self.json { json(&rows) } else { table(&rows) })?;
-        Ok(Exit::Done)
+        print(&if self.json { json(&rows) } else { table(&rows) })
     }
 }
 
@@ -64,19 +61,7 @@ fn json(rows: &[Row]) -> String {
 }
 
 fn table(rows: &[Row]) -> String {
-    let mut text = format!(
-        "{:<17} {:>13} {:>10} {:>10} {:>7} {:>8} {:>6} {:>9} {:>11} {:>15}  source; grade of the strengths\n",
-        "material",
-        "density kg/m³",
-        "c_p m/s",
-        "c_s m/s",
-        "c_s/c_p",
-        "E GPa",
-        "ν",
-        "yield MPa",
-        "tension MPa",
-        "compression MPa"
-    );
+    let mut text = "material          density kg/m³    c_p m/s    c_s m/s c_s/c_p    E GPa      ν yield MPa tension MPa compression MPa  source; grade of the strengths\n".to_owned();
     for (preset, elastic) in rows {
         let Preset { name, density, source, grade, .. } = preset;
         let ((c_p, c_s), ([e_r, e], [nu_rt, nu])) = (elastic.wave_speeds(), elastic.engineering());
@@ -84,15 +69,13 @@ fn table(rows: &[Row]) -> String {
         let strength = |strength: Option<f64>| strength.map_or("-".into(), |pa| format!("{:.0}", pa / 1e6));
         let [y, tension, compression] = preset.strengths.all().map(strength);
         let grade = if grade.is_empty() { String::new() } else { format!("; {grade}") };
-        writeln!(
-            text,
-            "{name:<17} {density:>13.0} {c_p:>10.0} {c_s:>10.0} {ratio:>7.3} {e:>8.1} {nu:>6.3} {y:>9} {tension:>11} {compression:>15}  {source}{grade}"
-        )
-        .expect("a String grows");
+        text += &format!(
+            "{name:<17} {density:>13.0} {c_p:>10.0} {c_s:>10.0} {ratio:>7.3} {e:>8.1} {nu:>6.3} {y:>9} {tension:>11} {compression:>15}  {source}{grade}\n"
+        );
         if !elastic.stiffness().is_isotropic() {
             let (lateral, e) = (elastic.lateral_speed(), e_r / 1e9);
-            writeln!(text, "{:<31} {lateral:>10.0} {:>18} {e:>8.1} {nu_rt:>6.3} {:>37}  along r", "", "", "")
-                .expect("a String grows");
+            text +=
+                &format!("{:<31} {lateral:>10.0} {:>18} {e:>8.1} {nu_rt:>6.3} {:>37}  along r\n", "", "", "");
         }
     }
     text

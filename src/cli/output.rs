@@ -68,46 +68,30 @@ pub(super) struct ThreadArguments {
     threads: Option<usize>,
 }
 
-/// Largest number of threads.
 const MAX_THREADS: usize = 1024;
 
 impl OutputArguments {
-    /// Where the recording of a case goes.
+    /// Where the recording of a case goes, which is not read from it.
     ///
     /// * `name`: of the case, as it is given
     /// * `suffix`: what the default name adds to that of the case
-    ///
-    /// # Errors
-    ///
-    /// The case is read from it, or it has the extension of another format.
     pub(super) fn destination(&self, name: &str, case: &Case, suffix: &str) -> Result<Destination, CliError> {
-        let path = self.path(name, suffix)?;
-        refuse_inputs(Some(&path), case)?;
-        Ok(Destination {
-            path,
-            overwrite: self.force,
-            synchronise: self.sync,
-            reproducible: self.reproducible,
-        })
-    }
-
-    fn path(&self, name: &str, suffix: &str) -> Result<PathBuf, CliError> {
         let path = self.output.clone().unwrap_or_else(|| default_output(name, &format!("{suffix}.mcap")));
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("mcap")) {
             let text = format!("`{}`: recordings are .mcap; choose another output with -o", path.display());
             return Err(CliError::Usage(text));
         }
-        Ok(path)
+        refuse_inputs(Some(&path), case)?;
+        let Self { force: overwrite, sync: synchronise, reproducible, .. } = *self;
+        Ok(Destination { path, overwrite, synchronise, reproducible })
     }
 }
 
 impl ThreadArguments {
-    /// Number of threads.
     pub(super) fn count(&self) -> usize {
         self.threads.unwrap_or_else(rayon::current_num_threads).min(MAX_THREADS)
     }
 
-    /// A pool of that many threads.
     pub(super) fn pool(&self) -> Result<ThreadPool, CliError> {
         let threads = self.count();
         rayon::ThreadPoolBuilder::new()
@@ -118,10 +102,6 @@ impl ThreadArguments {
 }
 
 /// Refuses a run whose recording is certainly larger than what is free.
-///
-/// # Errors
-///
-/// There is too little room.
 pub(super) fn check_room(path: &Path, case: &Case) -> Result<(), CliError> {
     // where the system does not say what is free, writing will
     let Some(free) = available(path).ok().flatten().filter(|free| *free < least_bytes(case)) else {
@@ -132,7 +112,7 @@ pub(super) fn check_room(path: &Path, case: &Case) -> Result<(), CliError> {
         "`{}` would take about {needed}, and {free} are free there; choose another output with -o, or record less (record.frames, record.field_every, record.interface_every)",
         path.display()
     );
-    Err(CliError::Full(text))
+    Err(CliError::Failed(text))
 }
 
 /// See [`percuss_output::watch_signals`].
@@ -171,19 +151,9 @@ pub(super) fn written(path: &Path, status: &Status) -> String {
 }
 
 /// Refuses an output that is a file which the case was read from, under whatever name.
-///
-/// # Errors
-///
-/// It is one.
 pub(super) fn refuse_inputs(output: Option<&Path>, case: &Case) -> Result<(), CliError> {
-    match output {
-        Some(output) if case.inputs().any(|input| is_same_file(output, input)) => {
-            let text = format!(
-                "`{}` is what the case is read from; choose another output with -o",
-                output.display()
-            );
-            Err(CliError::Usage(text))
-        }
-        _ => Ok(()),
-    }
+    let is_input = |output: &&Path| case.inputs().any(|input| is_same_file(output, input));
+    let Some(output) = output.filter(is_input).map(Path::display) else { return Ok(()) };
+    let text = format!("`{output}` is what the case is read from; choose another output with -o");
+    Err(CliError::Usage(text))
 }

@@ -1,6 +1,7 @@
-//! Progress of a run: a bar on a terminal, a line every few seconds elsewhere, nothing with `--quiet`.
+//! Progress: a bar on a terminal, a line every few seconds elsewhere, nothing with `--quiet`.
 
 use std::{
+    fmt::Write,
     io::{self, IsTerminal},
     sync::Arc,
     time::{Duration, Instant},
@@ -11,25 +12,79 @@ use percuss_output::text::say;
 
 use crate::{case::Case, units::Unit};
 
-/// Shows the progress of a run.
-pub(super) enum Progress {
-    Bar(ProgressBar, Clock),
-    Lines(Lines),
-    Quiet,
-}
-
 /// Time between lines where stderr is no terminal, by default \[s\].
 pub(super) const LINE_INTERVAL: f64 = 5.0;
+/// Time between changes of a bar.
+const REFRESH: Duration = Duration::from_millis(100);
 
-pub(super) struct Lines {
-    clock: Clock,
+/// Shows how far `of` is.
+pub(super) struct Progress<T> {
+    pub(super) of: T,
+    pub(super) start: Instant,
+    bar: Option<ProgressBar>,
+    is_quiet: bool,
     interval: Duration,
-    start: Instant,
     last: Instant,
 }
 
+impl<T> Progress<T> {
+    /// * `template`: of the bar
+    /// * `interval`: time between lines \[s\]
+    pub(super) fn new(of: T, length: u64, template: &str, is_quiet: bool, interval: f64) -> Self {
+        let bar = (!is_quiet && io::stderr().is_terminal()).then(|| {
+            let rate = |state: &ProgressState, output: &mut dyn Write| {
+                write!(output, "{:.0} steps/s", state.per_sec()).expect("a bar is drawn into a String");
+            };
+            let style = ProgressStyle::with_template(template).expect("the template is a constant");
+            ProgressBar::new(length).with_style(style.with_key("rate", rate))
+        });
+        let now = Instant::now();
+        Self { of, start: now, bar, is_quiet, interval: Duration::from_secs_f64(interval), last: now }
+    }
+
+    /// True if it is time to show more.
+    pub(super) fn is_due(&mut self) -> bool {
+        let interval = if self.bar.is_some() { REFRESH.min(self.interval) } else { self.interval };
+        let is_due = !self.is_quiet && self.last.elapsed() >= interval;
+        if is_due {
+            self.last = Instant::now();
+        }
+        is_due
+    }
+
+    /// Moves the bar, or prints a line.
+    pub(super) fn show(&self, position: u64, message: String, line: &str) {
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position(position);
+                bar.set_message(message);
+            }
+            None => self.say(line),
+        }
+    }
+
+    /// Prints a line above the bar.
+    pub(super) fn say(&self, text: &str) {
+        self.speaker()(text);
+    }
+
+    /// Prints lines above the bar from any thread.
+    pub(super) fn speaker(&self) -> Arc<dyn Fn(&str) + Send + Sync> {
+        match self.bar.clone() {
+            Some(bar) => Arc::new(move |text| bar.suspend(|| say(text))),
+            None if self.is_quiet => Arc::new(|_| {}),
+            None => Arc::new(say),
+        }
+    }
+
+    pub(super) fn end(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 /// Steps as times of the target.
-#[derive(Clone, Copy)]
 pub(super) struct Clock {
     /// Number of the last step.
     steps: u64,
@@ -39,93 +94,36 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// Time of a step and the end.
     fn text(&self, step: u64) -> String {
         let [time, end] = [step, self.steps].map(|step| self.unit.text(step as f64 * self.dt));
         format!("t = {time} of {end}")
     }
 }
 
-impl Progress {
+impl Progress<Clock> {
+    /// Progress of a run.
+    ///
     /// * `steps`: number of the last step
     /// * `interval`: time between lines \[s\]
-    pub(super) fn new(case: &Case, steps: u64, quiet: bool, interval: f64) -> Self {
+    pub(super) fn of_run(case: &Case, steps: u64, is_quiet: bool, interval: f64) -> Self {
         let clock = Clock { steps, dt: case.sizes.dt, unit: case.units().time };
-        if quiet {
-            return Self::Quiet;
+        let start = clock.text(0);
+        let progress = Self::new(clock, steps + 1, "{wide_bar} {msg}, {rate}, ETA {eta}", is_quiet, interval);
+        if let Some(bar) = &progress.bar {
+            bar.set_message(start);
         }
-        if !io::stderr().is_terminal() {
-            let now = Instant::now();
-            let interval = Duration::from_secs_f64(interval);
-            return Self::Lines(Lines { clock, interval, start: now, last: now });
-        }
-        let template = "{wide_bar} {msg}, {rate}, ETA {eta}";
-        let rate = |state: &ProgressState, output: &mut dyn std::fmt::Write| {
-            write!(output, "{:.0} steps/s", state.per_sec()).expect("a bar is drawn into a String");
-        };
-        let style = ProgressStyle::with_template(template).expect("the template is a constant");
-        let style = style.with_key("rate", rate);
-        let bar = ProgressBar::new(steps + 1).with_style(style);
-        bar.set_message(clock.text(0));
-        Self::Bar(bar, clock)
+        progress
     }
 
-    /// A step is done.
     pub(super) fn advance(&mut self, step: u64) {
-        match self {
-            Self::Bar(bar, clock) => {
-                bar.set_position(step + 1);
-                // formatting every message takes longer than some steps
-                if step.is_multiple_of(64) {
-                    bar.set_message(clock.text(step));
-                }
-            }
-            Self::Lines(lines) => {
-                // the clock is not read at every step
-                if step.is_multiple_of(16) && lines.last.elapsed() >= lines.interval {
-                    lines.last = Instant::now();
-                    lines.print(step);
-                }
-            }
-            Self::Quiet => {}
+        // without a bar the clock is not read at every step
+        if (self.bar.is_none() && !step.is_multiple_of(16)) || !self.is_due() {
+            return;
         }
-    }
-
-    /// Prints a line above the bar.
-    pub(super) fn say(&self, text: &str) {
-        match self {
-            Self::Bar(bar, _) => bar.suspend(|| say(text)),
-            Self::Lines(_) => say(text),
-            Self::Quiet => {}
-        }
-    }
-
-    /// Prints lines above the bar from any thread.
-    pub(super) fn speaker(&self) -> Arc<dyn Fn(&str) + Send + Sync> {
-        match self {
-            Self::Bar(bar, _) => {
-                let bar = bar.clone();
-                Arc::new(move |text| bar.suspend(|| say(text)))
-            }
-            Self::Lines(_) => Arc::new(say),
-            Self::Quiet => Arc::new(|_| {}),
-        }
-    }
-
-    /// Removes the bar.
-    pub(super) fn end(&self) {
-        if let Self::Bar(bar, _) = self {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-impl Lines {
-    fn print(&self, step: u64) {
-        let elapsed = self.start.elapsed().as_secs_f64();
-        let rate = (step + 1) as f64 / elapsed;
-        let (time, steps) = (self.clock.text(step), self.clock.steps);
+        let (time, steps) = (self.of.text(step), self.of.steps);
+        let rate = (step + 1) as f64 / self.start.elapsed().as_secs_f64();
         let eta = (steps - step) as f64 / rate;
-        say(&format!("{time}, step {step} of {steps}, {rate:.0} steps/s, ETA {eta:.0} s"));
+        let line = format!("{time}, step {step} of {steps}, {rate:.0} steps/s, ETA {eta:.0} s");
+        self.show(step + 1, time, &line);
     }
 }

@@ -19,19 +19,18 @@ use percuss_output::{
 };
 use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, speed};
 use percuss_table::measures::Measure;
-use rayon::ThreadPool;
 
 use super::{
-    CaseArguments, CliError, Exit, bounces, layers,
+    CaseArguments, CliError, Exit, bounces,
     output::{OutputArguments, check_room, exit, flow, watch_signals, written},
-    progress::Progress,
-    scales,
+    progress::{Clock, Progress},
+    target,
 };
 use crate::{
     advice::Advised,
     case::Case,
     channels::{Catalogue, log_time},
-    checkpoint::{self, Checkpoint, Checkpoints, checkpoint_of},
+    checkpoint::{self, Checkpoints, checkpoint_of},
     live::{self, Pace},
     recording::Destination,
     session::{self, Recording, RunError, Source, Status, recorded_case},
@@ -136,11 +135,21 @@ impl Run {
         let pool = self.output.threads.pool()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let mut progress =
-            Progress::new(case, case.sizes.steps, self.output.quiet, self.output.progress.every);
+            Progress::of_run(case, case.sizes.steps, self.output.quiet, self.output.progress.every);
         let live = self.live.as_ref().map(|address| self.open(address, case, &progress)).transpose()?;
-        let resumed = if resumes { file.as_deref() } else { None };
-        let mut recording =
-            self.recording(&destination, (file.as_deref(), resumed), case, &mut simulation, &pool)?;
+        let mut recording = match &checkpoint {
+            Some(checkpoint) if resumes => {
+                let recorded = checkpoint::load(checkpoint, case, self.engine, &mut simulation)?;
+                pool.install(|| Recording::resume(&destination, case, &recorded)).map_err(RunError::from)?
+            }
+            _ => {
+                let recording = pool.install(|| Recording::create(&destination, case, Source::Simulation));
+                let recording = recording.map_err(RunError::from)?;
+                // of an earlier run
+                checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
+                recording
+            }
+        };
         progress.say(&self.heading(case));
         if resumes {
             progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
@@ -176,7 +185,7 @@ impl Run {
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {
-            let measures = recording.recording().measures(&outcome.validity);
+            let measures = recording.recording.measures(&outcome.validity);
             answer(case, &measures).iter().for_each(|text| progress.say(text));
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
             let dt = match case.scales {
@@ -196,31 +205,6 @@ impl Run {
             self.hold(&live, signal);
         }
         Ok(exit(&outcome?.status, signal))
-    }
-
-    /// Begins the recording, or the rest of one; then the simulation is put into its state.
-    ///
-    /// * `file`: of the recording; none for a device
-    /// * `resumed`: the same, if what it has is to be continued
-    fn recording(
-        &self,
-        destination: &Destination,
-        (file, resumed): (Option<&Path>, Option<&Path>),
-        case: &Case,
-        simulation: &mut Simulation,
-        pool: &ThreadPool,
-    ) -> Result<Recording, CliError> {
-        if let Some(file) = resumed {
-            let checkpoint = checkpoint_of(file);
-            let recorded = Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?.recorded;
-            let recording = pool.install(|| Recording::resume(destination, case, &recorded));
-            return Ok(recording.map_err(RunError::from)?);
-        }
-        let recording = pool.install(|| Recording::create(destination, case, Source::Simulation));
-        let recording = recording.map_err(RunError::from)?;
-        // of an earlier run
-        file.map_or(Ok(()), |file| checkpoint::remove(&checkpoint_of(file)))?;
-        Ok(recording)
     }
 
     /// True if an earlier run has left something to continue. What it has recorded is that of this case, or cannot be identified.
@@ -260,8 +244,7 @@ impl Run {
     /// The case, and how dense its fields are and how far they reach unless it says so itself.
     fn heading(&self, case: &Case) -> String {
         let mut text = format!("{}: {}", printable(&self.case.case), printable(&case.title));
-        let rows = case.scales.map_or_else(|| layers::rows(case), |scales| scales::rows(case, &scales));
-        for (key, row) in rows {
+        for (key, row) in target::rows(case) {
             text += &format!("\n{key:<10} {row}");
         }
         let every = case.record.field_every;
@@ -277,7 +260,6 @@ impl Run {
         text
     }
 
-    /// Serves viewers after the end.
     fn hold(&self, live: &Server, signal: &AtomicUsize) {
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let viewers = live.viewers();
@@ -291,7 +273,12 @@ impl Run {
     }
 
     /// Opens the server of a live run and prints its address.
-    fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Arc<Server>, CliError> {
+    fn open(
+        &self,
+        address: &Address,
+        case: &Case,
+        progress: &Progress<Clock>,
+    ) -> Result<Arc<Server>, CliError> {
         let access = Access { origins: self.allow_origin.clone(), report: progress.speaker() };
         let live = live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
         progress.say(&format!("live at {} for {}", live.url(), live.reach()));

@@ -73,7 +73,6 @@ pub(super) struct StudyArguments {
 /// Largest refinement: time grows with its cube.
 const MAX_REFINE: usize = 64;
 
-/// A largest refinement.
 fn refinement(text: &str) -> Result<usize, String> {
     let factor = text.parse().ok().filter(|n: &usize| n.is_power_of_two() && (4..=MAX_REFINE).contains(n));
     factor.ok_or_else(|| format!("a power of two from 4 to {MAX_REFINE} is expected"))
@@ -89,7 +88,7 @@ impl StudyArguments {
         let plan = self.plan(&cases[0])?;
         let pool = self.threads.pool()?;
         let finest = cases.last().expect("there are cases");
-        let mut progress = Progress::new(finest, finest.sizes.steps, self.quiet, LINE_INTERVAL);
+        let mut progress = Progress::of_run(finest, finest.sizes.steps, self.quiet, LINE_INTERVAL);
         let cells: Vec<String> = cases.iter().map(|case| case.mesh.density().1.to_string()).collect();
         progress.say(&format!(
             "{}: {}, on {} cells",
@@ -104,14 +103,13 @@ impl StudyArguments {
         for name in self.measures.iter().filter(|name| !is_found(name)) {
             progress.say(&format!("no mesh has a value of `{name}`"));
         }
-        print(&(table(finest, &study) + &changes(&cases) + &warned(&study)))?;
+        let exit = print(&(table(finest, &study) + &changes(&cases) + &warned(&study)))?;
         if let Some((path, format)) = output {
             percuss_output::write(path, format(finest, &study).as_bytes(), self.force)?;
         }
-        Ok(Exit::Done)
+        Ok(exit)
     }
 
-    /// The case on all meshes.
     fn cases(&self) -> Result<Vec<Case>, CliError> {
         let case = self.case.load_single()?;
         let levels: Vec<usize> =
@@ -173,40 +171,21 @@ fn json(case: &Case, study: &Study) -> String {
 /// A row for each quantity and mesh.
 fn csv(case: &Case, study: &Study) -> String {
     let Units { length, time, .. } = case.units();
-    let (dr, dt) = (format!("dr [{}]", length.name), format!("dt [{}]", time.name));
+    let head = format!(
+        "quantity,unit,cells,dr [{}],dt [{}],value,relative_error,order,extrapolated,error_bar,exact,warnings",
+        length.name, time.name
+    );
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:?}"));
     let mut rows = csv::Writer::from_writer(Vec::new());
-    let mut write = |row: [&str; 12]| rows.write_record(row).expect("a Vec grows");
-    write([
-        "quantity",
-        "unit",
-        "cells",
-        &dr,
-        &dt,
-        "value",
-        "relative_error",
-        "order",
-        "extrapolated",
-        "error_bar",
-        "exact",
-        "warnings",
-    ]);
+    rows.write_record(head.split(',')).expect("a Vec grows");
     for quantity in &study.quantities {
+        let limits = [quantity.order, quantity.extrapolated, quantity.error_bar, quantity.exact];
         for (level, value) in study.levels.iter().zip(&quantity.values) {
-            write([
-                &quantity.name,
-                &quantity.unit,
-                &level.cells.to_string(),
-                &number(Some(level.dr)),
-                &number(Some(level.dt)),
-                &number(*value),
-                &number(value.and_then(|value| quantity.relative_error(value))),
-                &number(quantity.order),
-                &number(quantity.extrapolated),
-                &number(quantity.error_bar),
-                &number(quantity.exact),
-                &codes(&level.warnings).join(";"),
-            ]);
+            let error = value.and_then(|value| quantity.relative_error(value));
+            let numbers = [Some(level.dr), Some(level.dt), *value, error].into_iter().chain(limits);
+            let start = [quantity.name.clone(), quantity.unit.to_string(), level.cells.to_string()];
+            let row = start.into_iter().chain(numbers.map(number)).chain([codes(&level.warnings).join(";")]);
+            rows.write_record(row.collect::<Vec<_>>()).expect("a Vec grows");
         }
     }
     String::from_utf8(rows.into_inner().expect("a Vec grows")).expect("rows are text")
@@ -278,6 +257,7 @@ fn table(case: &Case, study: &Study) -> String {
     }
     text
 }
+
 /// Names of all that is measured of a case, in the order of the columns.
 pub(super) fn names(case: &Case) -> Vec<String> {
     measuring::nothing(case.sizes.interfaces()).into_iter().map(|measure| measure.name.into_owned()).collect()

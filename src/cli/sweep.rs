@@ -1,14 +1,12 @@
 //! `percuss sweep`: a case with keys that vary.
 
 use std::{
-    io::{self, IsTerminal},
     ops::Bound,
     path::{Path, PathBuf},
-    time::{Duration, Instant},
 };
 
 use clap::Args;
-use indicatif::{BinaryBytes, HumanDuration, ProgressBar, ProgressStyle};
+use indicatif::{BinaryBytes, HumanDuration};
 use percuss_output::{
     number::{finite, whole},
     text::{printable, say},
@@ -18,16 +16,17 @@ use super::{
     CliError, Exit, default_output,
     output::{ProgressArguments, ThreadArguments, signalled, watch_signals},
     print,
+    progress::Progress,
 };
 use crate::{
     case::builtin,
     sweep::{
         MAX_CASES,
-        folder::{Folder, FolderError, Shard, missing},
+        folder::{Folder, Shard, missing},
         journal::{Done, Entry, Journal, State},
-        plan::{Plan, PlanError, Planned},
+        plan::{Plan, Planned},
         request::{Keep, Request},
-        schedule::{self, Limits, ScheduleError},
+        schedule::{self, Limits},
         script::{Scheduler, script},
         spec::{Combine, Samples, Vary},
         uncertainty::Spread,
@@ -99,7 +98,7 @@ pub(super) struct SweepArguments {
     output: Option<PathBuf>,
     /// Recordings to keep, in DIR/runs: all, none, or worst:MEASURE, that of the case with the largest value of a measure
     /// [default: all]
-    #[arg(long, value_name = "WHICH")]
+    #[arg(long, value_name = "WHICH", value_parser = |text: &str| Keep::try_from(text.to_owned()))]
     keep: Option<Keep>,
     #[command(flatten)]
     threads: ThreadArguments,
@@ -128,36 +127,6 @@ pub(super) struct SweepArguments {
     progress: ProgressArguments,
 }
 
-impl From<FolderError> for CliError {
-    fn from(error: FolderError) -> Self {
-        match error {
-            FolderError::Output(error) => error.into(),
-            error @ (FolderError::NoSweep(_) | FolderError::Unmarked(_)) => Self::Usage(error.to_string()),
-            error => Self::Failed(error.to_string()),
-        }
-    }
-}
-
-impl From<ScheduleError> for CliError {
-    fn from(error: ScheduleError) -> Self {
-        match error {
-            ScheduleError::Recording { error, .. } => error.into(),
-            error => Self::Failed(error.to_string()),
-        }
-    }
-}
-
-impl From<PlanError> for CliError {
-    fn from(error: PlanError) -> Self {
-        match error {
-            PlanError::Case(errors) => Self::Case(errors),
-            PlanError::Cases(wrong) => Self::Cases(wrong),
-            error => Self::Usage(error.to_string()),
-        }
-    }
-}
-
-/// Bytes of a GiB.
 const GIB: f64 = 1_073_741_824.0;
 
 /// A sweep that is checked and locked.
@@ -182,8 +151,7 @@ impl SweepArguments {
         let plan = pool.install(|| Plan::new(request, &base))?;
         let limits = Limits { threads: self.threads.count(), memory: self.memory(&plan)? };
         if self.dry_run {
-            print(&estimates(&plan, limits))?;
-            return Ok(Exit::Done);
+            return print(&estimates(&plan, limits));
         }
         let journal = journal.map_or_else(lock, Ok)?;
         if let Some(scheduler) = self.script {
@@ -191,8 +159,7 @@ impl SweepArguments {
             let memory = plan.cases.iter().map(|case| case.memory).max().unwrap_or_default();
             let text = script(scheduler, &output, plan.cases.len(), memory)
                 .map_err(|error| CliError::system("the path of the program", error))?;
-            print(&text)?;
-            return Ok(Exit::Done);
+            return print(&text);
         }
         let done = folder.done()?;
         for (path, lines) in &done.unread {
@@ -225,7 +192,7 @@ impl SweepArguments {
 
     /// What is asked for, and the folder of relative paths in it.
     fn request(&self, file: Option<&Path>) -> Result<(Request, PathBuf), CliError> {
-        let read = file.map(Request::read).transpose().map_err(PlanError::from)?.flatten();
+        let read = file.map(Request::read).transpose()?.flatten();
         let (mut request, folder) = match read {
             Some(request) => {
                 if !self.vary.is_empty() || !self.overrides.is_empty() || self.zip || self.lhs.is_some() {
@@ -252,12 +219,10 @@ impl SweepArguments {
         };
         Request {
             case: self.what.clone(),
-            text: None,
-            folder: None,
             set: self.overrides.clone(),
-            keep: Keep::default(),
             combine,
             vary: self.vary.iter().map(|vary| Vary::parse(vary)).collect(),
+            ..Request::default()
         }
     }
 
@@ -287,18 +252,19 @@ impl SweepArguments {
         folder.write_request(plan)?;
         let jobs = folder.jobs(plan, done, self.rerun_failed, journal)?;
         let all = plan.cases.len();
-        let part = self.shard.map_or(String::new(), |shard| format!(", shard {shard}"));
+        let part =
+            self.shard.map_or_else(String::new, |shard| format!(", shard {}/{}", shard.number, shard.of));
         self.say(&format!("{}: {all} cases{part}, {} to compute", self.what, jobs.len()));
-        let mut progress = Progress::new(plan, jobs.iter().map(|job| job.number), self);
-        let computed = schedule::run(plan, jobs, *limits, &signal, |entry| -> Result<(), CliError> {
+        let mut progress = Progress::of_sweep(plan, jobs.iter().map(|job| job.number), self);
+        let computed = schedule::run(plan, jobs, *limits, &signal, |entry| {
             progress.advance(plan, &entry);
-            journal.append(&entry).map_err(FolderError::from)?;
+            journal.append(&entry)?;
             done.entries.insert(entry.digest, entry);
             Ok(())
         });
         progress.end();
         // what is done stays so
-        let synchronised = journal.synchronise().map_err(FolderError::from);
+        let synchronised = journal.synchronise();
         computed?;
         synchronised?;
         if let Some(signal) = signalled(&signal) {
@@ -325,16 +291,16 @@ impl SweepArguments {
             return Err(CliError::Failed(text));
         }
         folder.write_request(plan)?;
-        journal.merge(done).map_err(FolderError::from)?;
+        journal.merge(done)?;
         self.finish(work)
     }
 
     /// Writes the summary, and says what cases are warned of.
     fn summarise(&self, folder: &Folder, plan: &Plan, done: &Done) -> Result<(), CliError> {
         folder.write_summary(plan, done)?;
-        let counts =
-            folder.warnings(plan, done).into_iter().map(|(about, cases)| format!("{about} in {cases}"));
-        let counts: Vec<String> = counts.collect();
+        let warnings = folder.warnings(plan, done);
+        let counts: Vec<String> =
+            warnings.iter().map(|(about, cases)| format!("{about} in {cases}")).collect();
         if !counts.is_empty() {
             let text = "cases; the summary says in which, `percuss run` of one what it means";
             self.say(&format!("warnings: {} {text}", counts.join(", ")));
@@ -353,11 +319,11 @@ impl SweepArguments {
         let jobs = folder.last_jobs(plan, done)?;
         if !jobs.is_empty() {
             let signal = watch_signals()?;
-            schedule::run(plan, jobs, *limits, &signal, |entry| -> Result<(), CliError> {
+            schedule::run(plan, jobs, *limits, &signal, |entry| {
                 self.say(&format!("{} is kept", entry.file.as_deref().unwrap_or_default()));
-                Ok(journal.append(&entry).map_err(FolderError::from)?)
+                journal.append(&entry)
             })?;
-            journal.synchronise().map_err(FolderError::from)?;
+            journal.synchronise()?;
             if let Some(signal) = signalled(&signal) {
                 return Ok(Exit::Interrupted(signal));
             }
@@ -428,71 +394,39 @@ fn estimates(plan: &Plan, limits: Limits) -> String {
     )
 }
 
-/// Progress of a sweep: a bar on a terminal, a line every few seconds elsewhere.
-struct Progress {
-    bar: Option<ProgressBar>,
-    quiet: bool,
-    interval: Duration,
-    start: Instant,
-    last: Instant,
+/// How far a sweep is.
+struct Cases {
     /// Cases, those done, those failed.
     counts: [usize; 3],
     /// Estimated work, all and done \[s\].
     work: [f64; 2],
 }
 
-impl Progress {
-    fn new(plan: &Plan, numbers: impl Iterator<Item = usize>, arguments: &SweepArguments) -> Self {
+impl Progress<Cases> {
+    /// * `numbers`: of the cases to compute
+    fn of_sweep(plan: &Plan, numbers: impl Iterator<Item = usize>, arguments: &SweepArguments) -> Self {
         let (mut cases, mut work) = (0, 0.0);
         numbers.for_each(|number| (cases, work) = (cases + 1, work + plan.cases[number - 1].seconds));
-        let (quiet, interval) = (arguments.quiet, arguments.progress.every);
-        let bar = (!quiet && io::stderr().is_terminal()).then(|| {
-            let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} cases{msg}");
-            ProgressBar::new(cases as u64).with_style(style.expect("the template is a constant"))
-        });
-        let now = Instant::now();
-        let interval = Duration::from_secs_f64(interval);
-        Self { bar, quiet, interval, start: now, last: now, counts: [cases, 0, 0], work: [work, 0.0] }
+        let of = Cases { counts: [cases, 0, 0], work: [work, 0.0] };
+        let template = "{wide_bar} {pos} of {len} cases{msg}";
+        Self::new(of, cases as u64, template, arguments.quiet, arguments.progress.every)
     }
 
     fn advance(&mut self, plan: &Plan, entry: &Entry) {
-        self.counts[1] += 1;
-        self.work[1] += plan.cases[entry.case - 1].seconds;
+        self.of.counts[1] += 1;
+        self.of.work[1] += plan.cases[entry.case - 1].seconds;
         if entry.state == State::Failed {
-            self.counts[2] += 1;
+            self.of.counts[2] += 1;
             let why = entry.message.as_deref().unwrap_or_default();
-            self.say(&format!("case {} failed: {why}", entry.case));
+            self.say(&printable(&format!("case {} failed: {why}", entry.case)));
         }
-        if self.last.elapsed() >= self.interval
-            || (self.bar.is_some() && self.last.elapsed().as_millis() > 100)
-        {
-            self.last = Instant::now();
-            let [cases, done, failed] = self.counts;
-            let rest =
-                self.start.elapsed().mul_f64((self.work[0] - self.work[1]).max(0.0) / self.work[1].max(1e-9));
+        if self.is_due() {
+            let Cases { counts: [cases, done, failed], work: [all, computed] } = self.of;
+            let rest = self.start.elapsed().mul_f64((all - computed).max(0.0) / computed.max(1e-9));
             let failed = if failed > 0 { format!(", {failed} failed") } else { String::new() };
             let eta = format!("{failed}, ETA {}", HumanDuration(rest));
-            match &self.bar {
-                Some(bar) => {
-                    bar.set_position(done as u64);
-                    bar.set_message(eta);
-                }
-                None => self.say(&format!("{done} of {cases} cases{eta}")),
-            }
-        }
-    }
-
-    fn say(&self, text: &str) {
-        match &self.bar {
-            Some(bar) => bar.suspend(|| say(&printable(text))),
-            None if !self.quiet => say(&printable(text)),
-            None => {}
-        }
-    }
-
-    fn end(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+            let line = format!("{done} of {cases} cases{eta}");
+            self.show(done as u64, eta, &line);
         }
     }
 }

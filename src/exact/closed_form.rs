@@ -1,6 +1,6 @@
 //! The closed form for a case, evaluated step by step on the nodes and at the times of a computed run.
 
-use std::{fmt, sync::Arc};
+use std::fmt;
 
 use rayon::prelude::*;
 
@@ -60,69 +60,58 @@ impl Form {
         let (velocity, c_s) = (case.impact.velocity, case.target.material.shear_wave_speed);
         let (radius, thickness) = (case.indenter.radius, case.target.thickness);
         let (is_plane, is_simple) = (case.geometry == Geometry::Plane, case.target.is_simple());
-        let unfit = |error: ExactError| NoClosedForm { reason: error.to_string() };
-        let reason = match (case.model, front) {
-            (Elastic, _) if !is_simple => "on layers and free backs model \"elastic\" has none",
-            (Rakhmatulin, _) if !is_simple && case.impact.contact == Rule::Unilateral => {
+        let form = match (case.model, front) {
+            (Elastic, _) if !is_simple => Err("on layers and free backs model \"elastic\" has none"),
+            (Rakhmatulin, _) if !is_simple && case.impact.contact == Rule::Unilateral => Err(
                 "on layers and free backs contact = \"prescribed\" has one, and \"bilateral\" of a flat face: \
-                 the pressure might fall to 0"
-            }
+                     the pressure might fall to 0",
+            ),
             (Rakhmatulin, _) if !is_simple && is_plane && front != Front::Flat => {
-                "in the plane only the flat face has one on layers and free backs"
+                Err("in the plane only the flat face has one on layers and free backs")
             }
-            (Rakhmatulin, _) if !is_simple => {
-                let form = stack(case).and_then(|stack| Spreading::on_stack(front, velocity, stack));
-                return form.map(Self::Spreading).map_err(unfit);
-            }
+            (Rakhmatulin, _) if !is_simple => Ok(stack(case)
+                .and_then(|stack| Spreading::on_stack(front, velocity, stack).map(Self::Spreading))),
             (Elastic, Front::Paraboloid { curvature }) if !is_plane && is_prescribed && radius.is_none() => {
-                let form = Paraboloid::new(Elastic, velocity, curvature, c_s, thickness);
-                return form.map(Self::Paraboloid).map_err(unfit);
+                Ok(Paraboloid::new(Elastic, velocity, curvature, c_s, thickness).map(Self::Paraboloid))
             }
             (model, Front::Flat) if is_plane && !is_prescribed && radius == Some(1.0) => {
-                return PlanePunch::new(model, velocity, c_s, thickness).map(Self::PlanePunch).map_err(unfit);
+                Ok(PlanePunch::new(model, velocity, c_s, thickness).map(Self::PlanePunch))
             }
             (Elastic, Front::Cone { spread_rate }) if is_plane && spread_rate > 1.0 => {
-                let form = ElasticWedge::new(velocity, spread_rate, c_s, thickness);
-                return form.map(Self::Wedge).map_err(unfit);
+                Ok(ElasticWedge::new(velocity, spread_rate, c_s, thickness).map(Self::Wedge))
             }
-            (Elastic, _) if is_plane => {
+            (Elastic, _) if is_plane => Err(
                 "model \"elastic\" has one in the plane for the flat punch (unilateral or bilateral, indenter.radius = 1) \
-                 and for the cone with V0/slope > 1"
-            }
-            (Elastic, _) => {
+                     and for the cone with V0/slope > 1",
+            ),
+            (Elastic, _) => Err(
                 "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \"prescribed\", and in \
-                 the plane for a flat punch and a cone"
-            }
+                     the plane for a flat punch and a cone",
+            ),
             (Rakhmatulin, Front::Flat) if is_plane && !is_prescribed => {
-                "the plane flat punch has one for indenter.radius = 1"
+                Err("the plane flat punch has one for indenter.radius = 1")
             }
             (Rakhmatulin, _) if is_plane => {
-                "in the plane only the flat punch (unilateral or bilateral) has one"
+                Err("in the plane only the flat punch (unilateral or bilateral) has one")
             }
             (Rakhmatulin, _) if edge == 0.0 => {
-                "the contact of this cone is slower than the waves: contact = \"prescribed\" has one"
+                Err("the contact of this cone is slower than the waves: contact = \"prescribed\" has one")
             }
-            (Rakhmatulin, _) => {
-                let form = Spreading::new(front, velocity, c_s, thickness);
-                return form.map(Self::Spreading).map_err(unfit);
-            }
+            (Rakhmatulin, _) => Ok(Spreading::new(front, velocity, c_s, thickness).map(Self::Spreading)),
         };
-        none(reason)
+        match form {
+            Ok(form) => form.map_err(|error| NoClosedForm { reason: error.to_string() }),
+            Err(reason) => none(reason),
+        }
     }
 }
 
 /// The contact of Hertz, for a ball of finite mass.
 fn hertz(case: &Case) -> Result<Hertz, NoClosedForm> {
     let is_half_space = case.target.is_simple() && case.target.thickness.is_none();
-    Hertz::of(case).filter(|_| is_half_space).map_or_else(
-        || {
-            none(
-                "it needs an indenter of infinite mass (indenter.mass = inf) or, for the contact of Hertz, model = \
-                 \"elastic\" with an axisymmetric sphere or paraboloid on a half-space, no narrower than its contact",
-            )
-        },
-        Ok,
-    )
+    let reason = "it needs an indenter of infinite mass (indenter.mass = inf) or, for the contact of Hertz, model = \
+                  \"elastic\" with an axisymmetric sphere or paraboloid on a half-space, no narrower than its contact";
+    Hertz::of(case).filter(|_| is_half_space).map_or_else(|| none(reason), Ok)
 }
 
 /// The layers as they are computed.
@@ -156,13 +145,10 @@ pub struct ClosedForm {
     wave_speed: f64,
     /// Radius out to which the contact is that of the unbounded shape, faster than the waves if it is unilateral \[R\].
     edge: f64,
-    punch_radius: f64,
     /// True if nodes of a computed run come into contact by hat-weighted averages.
     has_partial_contact: bool,
-    r0: f64,
-    /// Radii of the nodes of a graded mesh \[R\].
-    radii: Option<Arc<[f64]>>,
-    dr: f64,
+    /// Nodes and punch; of a form that holds on the axis alone the first node is there.
+    interface: Interface<'static>,
     dt: f64,
     steps: u64,
     /// Unit of times in texts.
@@ -226,11 +212,11 @@ impl ClosedForm {
             }
             Form::PlanePunch(form) => match case.model {
                 ModelKind::Rakhmatulin => {
-                    ("plane_punch", "pressure and drag of a plane flat punch", form.end_time(), true)
+                    ("plane_punch", "pressure and drag of a plane flat punch", form.end_time, true)
                 }
                 ModelKind::Elastic => {
                     let what = "pressure and drag of a plane flat punch, full theory";
-                    ("elastic_plane_punch", what, form.end_time(), true)
+                    ("elastic_plane_punch", what, form.end_time, true)
                 }
             },
             Form::Paraboloid(_) => {
@@ -258,17 +244,20 @@ impl ClosedForm {
             what,
             end_time,
             has_drag,
+            interface: Interface {
+                r0: if matches!(form, Form::Paraboloid(_)) { 0.0 } else { grid.r0 },
+                dr: grid.dr,
+                radii: grid.radii(),
+                punch_radius,
+                ..Interface::default()
+            },
             form,
             front,
             rule,
             velocity,
             wave_speed,
             edge,
-            punch_radius,
             has_partial_contact: case.mesh.kind == MeshKind::Matched && front != Front::Flat,
-            r0: grid.r0,
-            radii: grid.radii(),
-            dr: grid.dr,
             dt: grid.dt(),
             steps: case.sizes.steps,
             time_unit: case.units().time,
@@ -292,32 +281,19 @@ impl ClosedForm {
     pub fn evaluate(&mut self, step: u64) -> View<'_> {
         let time = step as f64 * self.dt;
         (self.motion, self.time) = (self.motion(time), time);
-        let (r0, Motion { depth, velocity }) = (self.r0_shown(), self.motion);
-        let radii = self.radii.as_deref();
-        let radius = |i: usize| radii.map_or_else(|| r0 + i as f64 * self.dr, |radii| radii[i]);
-        let nodes = 0..self.reached();
-        let pressure: Vec<f64> = nodes.into_par_iter().map(|i| self.pressure_at(radius(i), time)).collect();
+        let Motion { depth, velocity } = self.motion;
+        let pressure = |i| self.pressure_at(self.interface.r(i), time);
+        let pressure: Vec<f64> = (0..self.reached()).into_par_iter().map(pressure).collect();
         View {
             step,
             time,
             is_last: step == self.last_step(),
-            interface: Interface {
-                r0,
-                dr: self.dr,
-                radii: self.radii.clone(),
-                pressure: pressure.into(),
-                punch_radius: self.punch_radius,
-                complete: false,
-                exact: Some(self),
-            },
+            interface: Interface { pressure: pressure.into(), exact: Some(self), ..self.interface.clone() },
             drag: self.drag_at(time),
             contact_radius: self.contact_radius(time),
             velocity,
             depth,
-            striker: None,
-            events: Arc::default(),
-            frame: None,
-            gauges: None,
+            ..View::default()
         }
     }
 
@@ -338,7 +314,7 @@ impl ClosedForm {
 
     /// Interface stress at radius `r` at any time \[γc_p²\]; NaN where it is not known.
     pub fn pressure_at(&self, r: f64, time: f64) -> f64 {
-        if r > self.punch_radius || r > self.contact_radius(time) {
+        if r > self.interface.punch_radius || r > self.contact_radius(time) {
             // ahead of the contact, as a probe of a computed run shows
             return 0.0;
         }
@@ -355,11 +331,6 @@ impl ClosedForm {
         value.unwrap_or(f64::NAN)
     }
 
-    /// Radius of the first node: the axis, if the form holds there alone.
-    fn r0_shown(&self) -> f64 {
-        if matches!(self.form, Form::Paraboloid(_)) { 0.0 } else { self.r0 }
-    }
-
     /// Depth and velocity of the indenter; NaN where they are not known.
     fn motion(&self, time: f64) -> Motion {
         match &self.form {
@@ -373,7 +344,7 @@ impl ClosedForm {
     fn contact_radius(&self, t: f64) -> f64 {
         match &self.form {
             Form::Hertz(form) => form.contact_radius(self.motion(t.min(form.duration())).depth),
-            _ => self.front.radius(t).min(self.punch_radius),
+            _ => self.front.radius(t).min(self.interface.punch_radius),
         }
     }
 
@@ -391,9 +362,10 @@ impl ClosedForm {
         if matches!(self.form, Form::Paraboloid(_)) {
             return 1;
         }
+        let &Interface { punch_radius, dr, .. } = &self.interface;
         let full = self.nodes_within(self.widest(self.time + self.dt));
         let partial = if self.has_partial_contact {
-            self.nodes_within(self.widest(self.time + (1.0 + HALF_WIDTH) * self.dt) + self.dr)
+            self.nodes_within(self.widest(self.time + (1.0 + HALF_WIDTH) * self.dt) + dr)
         } else {
             full
         };
@@ -401,17 +373,18 @@ impl ClosedForm {
             return partial;
         }
         // a node in whose support the punch ends comes into contact as a point
-        let inside = self.nodes_within(self.punch_radius - self.dr + 2.0 * SLIVER * self.dr);
-        let on_punch = self.nodes_within(self.punch_radius * (1.0 + SLIVER));
+        let inside = self.nodes_within(punch_radius - dr + 2.0 * SLIVER * dr);
+        let on_punch = self.nodes_within(punch_radius * (1.0 + SLIVER));
         partial.min(inside).max(full.min(on_punch))
     }
 
     /// Number of nodes inside a radius.
     fn nodes_within(&self, radius: f64) -> usize {
         // an infinite radius saturates
-        match &self.radii {
+        let Interface { radii, r0, dr, .. } = &self.interface;
+        match radii {
             Some(radii) => radii.partition_point(|node| *node < radius * (1.0 - SLIVER)),
-            None => ((radius - self.r0) / self.dr - SLIVER).ceil().max(0.0) as usize,
+            None => ((radius - r0) / dr - SLIVER).ceil().max(0.0) as usize,
         }
     }
 

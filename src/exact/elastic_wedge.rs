@@ -85,7 +85,7 @@ impl ElasticWedge {
         let slowness = 1.0 / self.spread_rate;
         let (longitudinal, shear) = self.impedance.parts(slowness);
         let mut sum = (longitudinal + shear) * arrived(t, slowness * x);
-        for (part, c) in [(longitudinal, 1.0), (shear, self.impedance.beta())] {
+        for (part, c) in [(longitudinal, 1.0), (shear, self.impedance.beta)] {
             let root = ((1.0 / c - slowness) * (1.0 / c + slowness)).sqrt();
             let mut way = depth;
             // the n-th reflection is seen at x ≥ way·σ/root, at σx + way·root

@@ -190,7 +190,6 @@ mod tests {
                 lost / loss - 1.0,
             ]);
         }
-        println!("{errors:?}");
         // all of them are as V0^(3/5), which is 1/16 from one velocity to the other
         for (fast, slow) in errors[0].iter().zip(&errors[1]) {
             assert!(fast.abs() < 0.1 && slow.abs() < 0.07 * fast.abs() + 1e-4, "{errors:?}");

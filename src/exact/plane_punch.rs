@@ -58,8 +58,8 @@ const NODES: usize = 48;
 #[derive(Clone, Debug)]
 pub struct PlanePunch {
     velocity: f64,
-    /// Time until which the form holds \[R/c_p\].
-    end_time: f64,
+    /// Time until which the form holds \[R/c_p\]: a wave has crossed the punch, or the first reflection is back.
+    pub end_time: f64,
     growth_rate: f64,
     edge: Edge,
 }
@@ -108,11 +108,6 @@ impl PlanePunch {
         };
         let end_time = thickness.map_or(crossing, |h| crossing.min(2.0 * h));
         Ok(Self { velocity, end_time, growth_rate, edge })
-    }
-
-    /// Time until which the form holds \[R/c_p\]: a wave has crossed the punch, or the first reflection is back.
-    pub fn end_time(&self) -> f64 {
-        self.end_time
     }
 
     /// Drag F at time `t` \[Rγc_p² per unit length of half the punch\].

@@ -30,18 +30,14 @@ use super::{ExactError, positive, quadrature::bisect};
 /// Q of a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceImpedance {
-    beta: f64,
+    /// β
+    pub(super) beta: f64,
 }
 
 impl SurfaceImpedance {
     /// * `beta`: β = c_s/c_p, below √3/2, where the bulk modulus vanishes
     pub fn new(beta: f64) -> Result<Self, ExactError> {
         Ok(Self { beta: positive("beta", beta, 0.75_f64.sqrt(), "0 < β < √3/2")? })
-    }
-
-    /// β
-    pub(super) fn beta(&self) -> f64 {
-        self.beta
     }
 
     /// `2β²(1 − β²)`, the factor of ζ for short waves: that of a static half-space.

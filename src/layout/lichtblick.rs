@@ -29,7 +29,6 @@ impl Panels {
     }
 }
 
-/// The layout.
 pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
     let mut panels = Panels::default();
     let views = ["/view/field", "/view/scene", "/view/fronts"].iter().any(|topic| builder.has(topic));
@@ -76,7 +75,6 @@ fn time_axis(builder: &LayoutBuilder<'_>) -> (String, f64) {
     (label.into(), end * rate)
 }
 
-/// Drag and velocity against time.
 fn motion(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels) -> Vec<Value> {
     let Units { force, speed, .. } = builder.units;
     let drag = builder.has("/drag").then_some(("drag", "Drag", "/drag.force", format!("F [{}]", force.name)));
@@ -88,7 +86,6 @@ fn motion(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels
     drag.into_iter().chain([velocity]).map(add).collect()
 }
 
-/// Stress at the probes against time.
 fn probes(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels) -> Option<Value> {
     let Units { length, stress, .. } = builder.units;
     let radius =
@@ -211,7 +208,6 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
     })
 }
 
-/// Settings of the topics of the section.
 fn topics(builder: &LayoutBuilder<'_>) -> Map<String, Value> {
     let mut topics = Map::new();
     if builder.has("/view/field") {

@@ -33,14 +33,6 @@ impl From<McapError> for CopyError {
     }
 }
 
-/// What stands in the chunks of a recording.
-pub enum Found<'a> {
-    /// A message.
-    Message(MessageHeader, &'a [u8]),
-    /// A chunk ends.
-    EndOfChunk,
-}
-
 /// Calls `f` on the opcode and the bytes of every record, chunks as they are, until it returns a result; `None` if the file ends before.
 fn find_record<T>(
     file: &mut File,
@@ -125,13 +117,13 @@ pub fn metadata<const N: usize>(
     Some(found.map(Option::unwrap_or_default))
 }
 
-/// Calls `f` on every message and at the end of every chunk, until it returns false.
+/// Calls `f` on every message and, without one, at the end of every chunk, until it returns false.
 ///
 /// * `largest`: no chunk is larger \[bytes\]
 pub fn for_each_message(
     file: &mut File,
     largest: usize,
-    mut f: impl FnMut(Found<'_>) -> Result<bool, CopyError>,
+    mut f: impl FnMut(Option<(MessageHeader, &[u8])>) -> Result<bool, CopyError>,
 ) -> Result<(), CopyError> {
     let done = find_record(file, |opcode, data| {
         if opcode != op::CHUNK {
@@ -142,11 +134,11 @@ pub fn for_each_message(
                 && let Record::Message { header, data } =
                     parse_record(op::MESSAGE, data).map_err(|error| read(&error))?
             {
-                f(Found::Message(header, &data))?;
+                f(Some((header, &data)))?;
             }
             Ok(())
         })?;
-        Ok((!f(Found::EndOfChunk)?).then_some(()))
+        Ok((!f(None)?).then_some(()))
     })?;
     done.ok_or_else(|| CopyError::Read("it ends before the last message that its checkpoint counts".into()))
 }
@@ -172,10 +164,6 @@ fn for_each_record(
 ///
 /// * `units`: entries that the metadata of its channel must have
 /// * `most`: no more of them are allowed
-///
-/// # Errors
-///
-/// The file is missing, damaged or not whole, has no such topic or other units, or too many messages.
 pub fn messages<M: Message + Default>(
     path: &Path,
     topic: &str,

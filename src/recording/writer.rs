@@ -12,14 +12,13 @@ use percuss_output::{Counted, Left, Part};
 
 use super::{
     Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap, Written,
-    copy::{CopyError, Found, for_each_message},
+    copy::{CopyError, for_each_message},
 };
 
 /// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They
 /// stay, because a recording has the computed numbers in a form that standard tools read.
 const ZSTD_LEVEL: u32 = 1;
 
-/// Options of the MCAP writer.
 pub(crate) fn write_options(compression: Compression) -> WriteOptions {
     WriteOptions::new()
         .profile("")
@@ -51,7 +50,7 @@ pub(super) fn run(
     compression: Compression,
     synchronise: Synchronise,
     jobs: &Receiver<Job>,
-    spent: &SyncSender<Batch>,
+    spent: SyncSender<Batch>,
 ) -> Result<(), McapError> {
     let handle = file.handle();
     let disk = Disk::new(handle.clone(), synchronise)?;
@@ -67,7 +66,7 @@ pub(super) fn run(
         tap: None,
         is_whole: false,
     };
-    let result = jobs.iter().try_for_each(|job| thread.handle(job));
+    let result = jobs.iter().try_for_each(|job| job(&mut thread));
     // without its stream the writer does not finish a file that has failed or was abandoned
     let WriterThread { writer, disk, is_whole, .. } = thread;
     let output = writer.into_inner().into_inner();
@@ -91,7 +90,6 @@ enum Disk {
     Here(Counted),
     /// On a thread of its own, while others are written: the end of a run waits less.
     Beside(SyncSender<()>, JoinHandle<io::Result<()>>),
-    /// Not at all.
     Nowhere,
 }
 
@@ -108,7 +106,6 @@ impl Disk {
         })
     }
 
-    /// Records a closed chunk.
     fn chunk(&self) -> io::Result<()> {
         match self {
             Self::Here(file) => file.synchronise(),
@@ -121,7 +118,6 @@ impl Disk {
         }
     }
 
-    /// Waits for what is under way.
     fn end(self) -> io::Result<()> {
         let Self::Beside(wake, thread) = self else { return Ok(()) };
         drop(wake);
@@ -129,9 +125,10 @@ impl Disk {
     }
 }
 
-struct WriterThread<'a> {
-    writer: Writer<NoSeek<BufWriter<Part>>>,
-    spent: &'a SyncSender<Batch>,
+/// The file, and what is under way to it.
+pub(super) struct WriterThread {
+    pub(super) writer: Writer<NoSeek<BufWriter<Part>>>,
+    pub(super) spent: SyncSender<Batch>,
     disk: Disk,
     /// The same file, to synchronise it.
     file: Counted,
@@ -142,53 +139,23 @@ struct WriterThread<'a> {
     deferred: Batch,
     /// Size of the messages in the open chunk \[bytes\].
     chunk: u64,
-    tap: Option<Box<dyn Tap>>,
+    pub(super) tap: Option<Box<dyn Tap>>,
     /// True if the file gets its name.
-    is_whole: bool,
+    pub(super) is_whole: bool,
 }
 
-impl WriterThread<'_> {
-    fn handle(&mut self, job: Job) -> Result<(), McapError> {
-        match job {
-            Job::Messages(mut batch) => {
-                self.write(&mut batch)?;
-                // a full queue has enough spare batches
-                drop(self.spent.try_send(batch));
-                Ok(())
-            }
-            Job::Tap(tap) => {
-                self.tap = Some(tap);
-                Ok(())
-            }
-            Job::Attachment(attachment) => self.writer.attach(&attachment),
-            Job::Metadata(metadata) => self.writer.write_metadata(&metadata),
-            Job::Finish { is_whole } => {
-                self.is_whole = is_whole;
-                self.writer.finish().map(drop)
-            }
-            Job::Channels(channels) => self.declare(channels),
-            Job::Seal { answer } => {
-                self.close_chunk()?;
-                if !matches!(self.disk, Disk::Nowhere) {
-                    self.file.synchronise()?;
-                }
-                drop(answer.send(self.written()));
-                Ok(())
-            }
-            Job::Copy { left, written, answer } => {
-                let result = match self.copy(left, &written) {
-                    Ok(()) => Ok(()),
-                    Err(CopyError::Read(what)) => Err(what),
-                    Err(CopyError::Write(error)) => return Err(error),
-                };
-                drop(answer.send(result));
-                Ok(())
-            }
+impl WriterThread {
+    /// Brings all messages onto the disk, and returns what has been written.
+    pub(super) fn seal(&mut self) -> Result<Written, McapError> {
+        self.close_chunk()?;
+        if !matches!(self.disk, Disk::Nowhere) {
+            self.file.synchronise()?;
         }
+        Ok(self.written())
     }
 
     /// Writes the messages of a batch and empties it.
-    fn write(&mut self, batch: &mut Batch) -> Result<(), McapError> {
+    pub(super) fn write(&mut self, batch: &mut Batch) -> Result<(), McapError> {
         let mut start = 0;
         for entry in batch.entries.drain(..) {
             match entry {
@@ -221,7 +188,6 @@ impl WriterThread<'_> {
         Ok(())
     }
 
-    /// Writes a message.
     fn put(&mut self, channel: usize, header: &MessageHeader, bytes: &[u8]) -> Result<(), McapError> {
         let MessageHeader { channel_id, sequence, log_time, publish_time } = *header;
         self.hasher.update(&channel_id.to_le_bytes());
@@ -237,7 +203,6 @@ impl WriterThread<'_> {
         self.writer.write_to_known_channel(header, bytes)
     }
 
-    /// What has been written so far.
     fn written(&self) -> Written {
         Written { checksum: self.hasher.clone().finalize(), ..self.written.clone() }
     }
@@ -249,7 +214,7 @@ impl WriterThread<'_> {
     }
 
     /// Copies what an earlier run has left, up to what is counted as written, and takes its place. Chunks end where they did.
-    fn copy(&mut self, mut left: Left, expected: &Written) -> Result<(), CopyError> {
+    pub(super) fn copy(&mut self, mut left: Left, expected: &Written) -> Result<(), CopyError> {
         let read = |what: String| CopyError::Read(what);
         let messages = &expected.messages;
         if messages.len() != self.written.messages.len() {
@@ -260,7 +225,7 @@ impl WriterThread<'_> {
         let largest =
             usize::try_from(expected.largest_chunk.saturating_add(CHUNK_TARGET)).unwrap_or(usize::MAX);
         for_each_message(left.file(), largest, |found| match found {
-            Found::Message(header, bytes) => {
+            Some((header, bytes)) => {
                 let channel = usize::from(header.channel_id).wrapping_sub(1);
                 let next = self.written.messages.get(channel).filter(|count| **count < messages[channel]);
                 if next.is_none_or(|count| sequence(*count) != header.sequence) {
@@ -272,7 +237,7 @@ impl WriterThread<'_> {
                 self.put(channel, &header, bytes)?;
                 Ok(true)
             }
-            Found::EndOfChunk => {
+            None => {
                 self.close_chunk()?;
                 Ok(self.written.messages != *messages)
             }
@@ -283,7 +248,7 @@ impl WriterThread<'_> {
         left.replace().map_err(|error| CopyError::Write(error.into()))
     }
 
-    fn declare(&mut self, channels: Vec<ChannelSpec>) -> Result<(), McapError> {
+    pub(super) fn declare(&mut self, channels: Vec<ChannelSpec>) -> Result<(), McapError> {
         self.written.messages = vec![0; channels.len()];
         channels.into_iter().enumerate().try_for_each(|(channel, spec)| {
             let schema = self.writer.add_schema(&spec.schema, "protobuf", &spec.descriptors)?;

@@ -110,12 +110,7 @@ pub struct Recording {
     catalogue: Catalogue,
     measuring: Measuring,
     source: Source,
-    units: Units,
-    is_physical: bool,
-    steps: u64,
-    /// How a graded mesh was made, and the size of its cells near the contact \[R\].
-    mesh: Option<BTreeMap<String, String>>,
-    cell: f64,
+    case: Case,
     last: Option<(u64, f64)>,
     /// True if every step is handed to the writer at once.
     is_live: bool,
@@ -148,7 +143,7 @@ impl Recording {
         let host = host_record(destination.reproducible, Some(recorded.step));
         let mut recording = Self::begin(recorder, case, Source::Simulation, host)?;
         recording.recorder.copy(left, recorded.written.clone())?;
-        recording.measuring.resume(recorded.seen.clone());
+        recording.measuring.seen = recorded.seen.clone();
         for (held, values) in recording.catalogue.held().zip(&recorded.held) {
             held.clone_from(values);
         }
@@ -177,11 +172,7 @@ impl Recording {
         Ok(Self {
             measuring: Measuring::new(case.units(), source.knows_drag()),
             source,
-            units: case.units(),
-            is_physical: case.scales.is_some(),
-            steps: case.sizes.steps,
-            mesh: mesh_record(case),
-            cell: case.sizes.dr,
+            case: case.clone(),
             last: None,
             is_live: false,
             recorder,
@@ -206,12 +197,11 @@ impl Recording {
     /// The first error of the recorder.
     pub(crate) fn seal(&mut self) -> Result<Recorded, RecordingError> {
         let (step, time) = self.last.unwrap_or_default();
-        let (written, seen) = (self.recorder.seal()?, self.measuring.seen().clone());
+        let (written, seen) = (self.recorder.seal()?, self.measuring.seen.clone());
         let held = self.catalogue.held().map(|values| values.clone()).collect();
         Ok(Recorded { step, time, written, seen, held })
     }
 
-    /// What was measured of the run.
     pub(crate) fn measures(&self, validity: &Validity) -> Vec<Measure> {
         self.measuring.measures(validity)
     }
@@ -219,14 +209,14 @@ impl Recording {
     /// What was measured, and the subjects of the warnings; what was not is left out.
     fn summary_record(&self, validity: &Validity) -> BTreeMap<String, String> {
         let entry = |Measure { name, value, .. }: Measure| Some((name.into_owned(), value?.to_string()));
-        let warnings = self.measuring.seen().warnings();
+        let warnings = self.measuring.seen.warnings();
         let subjects = warnings.iter().map(String::as_str).collect::<Vec<_>>().join(",");
         let warned = (!subjects.is_empty()).then(|| ("warnings".to_owned(), subjects));
         self.measures(validity).into_iter().filter_map(entry).chain(warned).collect()
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
-        let Units { length, time, speed, stress, .. } = self.units;
+        let Units { length, time, speed, stress, .. } = self.case.units();
         let mut map = BTreeMap::new();
         let mut peak = |name: &str, peak: &Peak, value: f64| {
             map.insert(name.to_owned(), value.to_string());
@@ -239,20 +229,14 @@ impl Recording {
         peak("largest_strain", &validity.strain, validity.strain.value);
         peak("largest_strain_at_probes", &validity.probes, validity.probes.value);
         for (name, ratio) in RATIOS.into_iter().zip([&validity.yield_ratio, &validity.tensile_ratio]) {
-            if let Some(ratio) = ratio {
-                peak(name, ratio, ratio.value);
-            }
+            ratio.iter().for_each(|ratio| peak(name, ratio, ratio.value));
         }
         for (body, interfaces) in BODIES.into_iter().zip(&validity.interfaces) {
             for (number, InterfacePeaks { tension, shear, ratio }) in (1..).zip(interfaces) {
                 let name = format!("{body}interface.{number}");
                 peak(&format!("{name}.tension"), tension, stress.of(tension.value));
-                if let Some(shear) = shear {
-                    peak(&format!("{name}.shear"), shear, stress.of(shear.value));
-                }
-                if let Some(ratio) = ratio {
-                    peak(&format!("{name}.ratio"), ratio, ratio.value);
-                }
+                shear.iter().for_each(|shear| peak(&format!("{name}.shear"), shear, stress.of(shear.value)));
+                ratio.iter().for_each(|ratio| peak(&format!("{name}.ratio"), ratio, ratio.value));
             }
         }
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
@@ -268,7 +252,7 @@ impl Recording {
         for (name, velocity) in velocities {
             let Some(velocity) = velocity else { continue };
             map.insert(name.into(), velocity.to_string());
-            if self.is_physical {
+            if self.case.scales.is_some() {
                 map.insert(format!("{name}_m_per_s"), speed.of(velocity).to_string());
             }
         }
@@ -288,7 +272,7 @@ impl Observer for Recording {
     fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError> {
         if self.last.is_none() {
             // the version is in the metadata: here it would make every release differ from every other
-            let text = format!("{} of {} steps begins", self.source.noun(), self.steps);
+            let text = format!("{} of {} steps begins", self.source.noun(), self.case.sizes.steps);
             self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
         }
         self.catalogue.observe(view, &mut self.recorder)?;
@@ -309,8 +293,8 @@ impl Observer for Recording {
         let text = format!("{}: {}", status.name(), status.message());
         self.catalogue.say(level, time, &text, &mut self.recorder)?;
         self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
-        if let Some(mut mesh) = self.mesh.clone() {
-            let met = 2.0 * validity.drag.r / self.cell;
+        if let Some(mut mesh) = mesh_record(&self.case) {
+            let met = 2.0 * validity.drag.r / self.case.sizes.dr;
             mesh.insert("contact_cells_met".into(), met.to_string());
             self.recorder.metadata("percuss.mesh", mesh)?;
         }
@@ -319,8 +303,8 @@ impl Observer for Recording {
             ("status", status.name().to_owned()),
             ("message", status.message().to_owned()),
             ("last_step", step.to_string()),
-            ("last_time", self.units.time.of(time).to_string()),
-            ("steps", self.steps.to_string()),
+            ("last_time", self.case.units().time.of(time).to_string()),
+            ("steps", self.case.sizes.steps.to_string()),
         ];
         self.recorder.metadata("percuss.status", to_map(entries))?;
         Ok(self.recorder.finish(status.is_finished())?)

@@ -12,7 +12,7 @@ impl SaveState for Simulation {
     ///
     /// # Panics
     ///
-    /// If computed steps have not been returned yet, see [`Simulation::interrupt`].
+    /// If computed steps have not been returned yet, see [`Steps::interrupt`](super::Steps::interrupt).
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         out.put(&(self.next_step, self.balance, &self.validity))?;
         self.indenter.save(out)?;
@@ -31,13 +31,6 @@ impl Simulation {
         self.next_step
     }
 
-    /// True if every computed step has been returned and further ones are to follow: then the state can be written.
-    ///
-    /// To be asked when [`Simulation::step`] has returned `None`.
-    pub(crate) fn is_drained(&self) -> bool {
-        self.is_interrupted && self.ending.is_none() && self.failure.is_none()
-    }
-
     /// Restores what [`SaveState::save`] has written, in place of the beginning of the run, with any number of threads.
     ///
     /// # Errors
@@ -45,7 +38,11 @@ impl Simulation {
     /// The stream cannot be read, or is that of another case.
     pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
         (self.next_step, self.balance, self.validity) = from.get()?;
-        StateError::unless(self.next_step <= self.steps, "number of the next step", self.next_step)?;
+        StateError::unless(
+            self.next_step <= self.case.sizes.steps,
+            "number of the next step",
+            self.next_step,
+        )?;
         self.indenter.load(from)?;
         self.watch.load(from)?;
         self.contact.load(from)?;

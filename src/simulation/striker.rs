@@ -17,8 +17,8 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, InterfacePeaks, Line, Model,
-        PointState, Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
+        CompletedStep, Extent, Field, Frame, GaugeValues, Gauges, Instructions, Line, Model, PointState,
+        Request, Sample, Sampling, StrainPeak, body::Body, reference::Reference, scheme,
         strength::RatioPeaks,
     },
     state::{StateError, StateReader, StateWriter},
@@ -26,18 +26,19 @@ use crate::{
     view::StrikerMotion,
 };
 
-/// The second body of a simulation.
 pub(super) struct Striker {
-    model: Reference<(), Body, 2>,
+    pub model: Reference<(), Body, 2>,
     surface: Surface,
-    grid: Grid,
+    /// Its mesh, z upwards.
+    pub grid: Grid,
     /// The frame that flies on.
-    flight: Indenter,
+    pub flight: Indenter,
     velocity: f64,
     /// Displacement of the lower face at levels k−1 and k, for the work on it, and on the axis that of nose and rear \[R\].
     motion: [Vec<f64>; 2],
     ends: [[f64; 2]; 2],
-    mass: f64,
+    /// Its mass, as the mesh has it; infinite of a half-space \[πγR³; plane γR²\].
+    pub mass: f64,
     /// Points and lines of the case, in their order.
     order: Order,
 }
@@ -70,16 +71,6 @@ impl Striker {
             order,
             grid,
         })
-    }
-
-    /// Its mass, as the mesh has it; infinite of a half-space \[πγR³; plane γR²\].
-    pub fn mass(&self) -> f64 {
-        self.mass
-    }
-
-    /// Its mesh, z upwards.
-    pub fn grid(&self) -> &Grid {
-        &self.grid
     }
 
     /// A step of contact.
@@ -124,15 +115,10 @@ impl Striker {
         (completed, StrikerMotion { nose, rear })
     }
 
-    /// Depth of the frame that flies on at the level that will be shown next.
-    pub fn flight(&self) -> f64 {
-        self.flight.depth()
-    }
-
     /// Puts what a step shows of the striker to what it shows of the target: rows of the striker from its rear to its nose before those of the target, NaN
     /// beside the narrower body.
     ///
-    /// * `flight`: [`Striker::flight`] at that level
+    /// * `flight`: depth of the frame that flies on at that level
     pub fn join(&self, mut target: Frame, striker: Frame, flight: f64) -> Frame {
         for (below, above) in target.samples.iter_mut().zip(striker.samples) {
             let extent =
@@ -188,13 +174,11 @@ impl Striker {
         self.model.find_non_finite().map(|(r, z)| (r, -z))
     }
 
-    /// Largest strain.
     pub fn strain_peak(&mut self) -> StrainPeak {
         let peak = self.model.strain_peak();
         StrainPeak { z: -peak.z, ..peak }
     }
 
-    /// Largest ratios of stresses to strengths.
     pub fn strength_peaks(&mut self) -> RatioPeaks {
         let mut peaks = self.model.strength_peaks();
         let RatioPeaks { yielding, tensile, bonds } = &mut peaks;
@@ -203,21 +187,11 @@ impl Striker {
         peaks
     }
 
-    /// Largest tractions of interfaces, from the nose up.
-    pub fn interface_peaks(&mut self) -> Vec<InterfacePeaks> {
-        self.model.interface_peaks()
-    }
-
     /// Largest strain of the lower face at a level, and its column.
     pub fn nose_strain(&self) -> (f64, usize) {
         self.model.surface_strain(&self.surface.pressure[..self.surface.loaded])
     }
 
-    /// Writes what changes from step to step.
-    ///
-    /// # Errors
-    ///
-    /// The stream cannot be written.
     pub fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         self.flight.save(out)?;
         self.surface.save(out)?;
@@ -226,11 +200,6 @@ impl Striker {
         self.model.save(out)
     }
 
-    /// Restores the state written by [`Striker::save`].
-    ///
-    /// # Errors
-    ///
-    /// The stream cannot be read, or is that of another striker.
     pub fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
         self.flight.load(from)?;
         self.surface.load(from)?;

@@ -2,18 +2,17 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fmt,
     fs::{self, File},
     io::{self, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     str::FromStr,
 };
 
-use percuss_output::OutputError;
 use percuss_table::{Sink, csv::Csv, parquet::Parquet};
 
 use super::{
-    journal::{Done, Entry, Journal, JournalError, State},
+    SweepError,
+    journal::{Done, Entry, Journal, State},
     plan::{Digest, Plan},
     request::Keep,
     schedule::Job,
@@ -22,11 +21,9 @@ use super::{
     uncertainty::{self, Columns, Spread},
 };
 
-/// Name of the sweep file in a folder.
 const SWEEP_FILE: &str = "sweep.toml";
 /// Beginning of the sweep file in a folder of a sweep, by which it is known: in a folder without it nothing is replaced.
 const MARK: &str = "# The folder of a sweep: percuss sweep replaces this file, summaries and runs.\n";
-/// Name of the folder of recordings.
 const RUNS: &str = "runs";
 /// Memory for the rows of a Parquet file \[bytes\].
 const ROOM: usize = 1 << 30;
@@ -34,8 +31,8 @@ const ROOM: usize = 1 << 30;
 /// A part of a sweep: the cases whose numbers, counted from it on, are multiples of the number of parts apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    number: usize,
-    of: usize,
+    pub number: usize,
+    pub of: usize,
 }
 
 impl FromStr for Shard {
@@ -51,40 +48,6 @@ impl FromStr for Shard {
     }
 }
 
-impl fmt::Display for Shard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.number, self.of)
-    }
-}
-
-/// Why the folder of a sweep cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum FolderError {
-    /// It is there, with something else in it.
-    #[error("`{}` is there and is no folder of a sweep; choose another one with -o", .0.display())]
-    Occupied(PathBuf),
-    /// It has no sweep file.
-    #[error("`{}` is a folder without a sweep: it has no sweep.toml", .0.display())]
-    NoSweep(PathBuf),
-    /// Its sweep file was not written by a sweep.
-    #[error("`{file}` was not written by a sweep; `percuss sweep {file} -o FOLDER` computes it in another folder", file = .0.display())]
-    Unmarked(PathBuf),
-    /// A file cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// A journal cannot be used.
-    #[error(transparent)]
-    Journal(#[from] JournalError),
-    /// The system refuses.
-    #[error("`{}`: {error}", path.display())]
-    System {
-        /// The file or folder.
-        path: PathBuf,
-        /// Cause.
-        error: io::Error,
-    },
-}
-
 /// The folder of a sweep, or of a shard of it.
 #[derive(Clone, Debug)]
 pub struct Folder {
@@ -98,46 +61,39 @@ impl Folder {
         Self { path: path.into(), shard }
     }
 
-    /// The sweep file of a folder of a sweep.
-    ///
-    /// # Errors
-    ///
-    /// It is none.
-    pub fn sweep_file(path: &Path) -> Result<PathBuf, FolderError> {
+    pub fn sweep_file(path: &Path) -> Result<PathBuf, SweepError> {
         let file = path.join(SWEEP_FILE);
         match fs::read(&file) {
             Ok(bytes) if bytes.starts_with(MARK.as_bytes()) => Ok(file),
-            Ok(_) => Err(FolderError::Unmarked(file)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(FolderError::NoSweep(path.into())),
-            Err(error) => Err(Self::system(&file, error)),
+            Ok(_) => {
+                let file = file.display();
+                Err(SweepError::Usage(format!(
+                    "`{file}` was not written by a sweep; `percuss sweep {file} -o FOLDER` computes it in another folder"
+                )))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let text = format!("`{}` is a folder without a sweep: it has no sweep.toml", path.display());
+                Err(SweepError::Usage(text))
+            }
+            Err(error) => Err(SweepError::system(&file)(error)),
         }
-    }
-
-    fn system(path: &Path, error: io::Error) -> FolderError {
-        FolderError::System { path: path.into(), error }
     }
 
     /// Makes the folder, if it is not there, and locks the journal of the sweep or the shard. What is in the folder is read and written
     /// after that.
-    ///
-    /// # Errors
-    ///
-    /// There is something else in the folder, another process has the journal, or the system refuses.
-    pub fn lock(&self) -> Result<Journal, FolderError> {
-        let fail = |error| Self::system(&self.path, error);
-        if self.path.exists() && !self.is_begun().map_err(fail)? && Self::sweep_file(&self.path).is_err() {
-            return Err(FolderError::Occupied(self.path.clone()));
+    pub fn lock(&self) -> Result<Journal, SweepError> {
+        let fail = SweepError::system(&self.path);
+        if self.path.exists() && !self.is_begun().map_err(&fail)? && Self::sweep_file(&self.path).is_err() {
+            let path = self.path.display();
+            return Err(SweepError::Failed(format!(
+                "`{path}` is there and is no folder of a sweep; choose another one with -o"
+            )));
         }
         fs::create_dir_all(&self.path).map_err(fail)?;
-        Ok(Journal::open(&self.path.join(self.name("manifest", "jsonl")))?)
+        Journal::open(&self.path.join(self.name("manifest", "jsonl")))
     }
 
-    /// Writes what is asked for.
-    ///
-    /// # Errors
-    ///
-    /// It cannot be written.
-    pub fn write_request(&self, plan: &Plan) -> Result<(), FolderError> {
+    pub fn write_request(&self, plan: &Plan) -> Result<(), SweepError> {
         let text = toml::to_string(&plan.request).expect("a request is plain tables, text and numbers");
         self.write(SWEEP_FILE, format!("{MARK}{text}").as_bytes())
     }
@@ -159,7 +115,7 @@ impl Folder {
     }
 
     /// Writes a file whole, unless it says the same.
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), FolderError> {
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
         let path = self.path.join(name);
         if fs::read(&path).is_ok_and(|old| old == bytes) {
             return Ok(());
@@ -176,14 +132,10 @@ impl Folder {
     }
 
     /// What all journals say.
-    ///
-    /// # Errors
-    ///
-    /// One cannot be read.
-    pub fn done(&self) -> Result<Done, FolderError> {
+    pub fn done(&self) -> Result<Done, SweepError> {
         let mut journals: Vec<PathBuf> = fs::read_dir(&self.path)
             .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect())
-            .map_err(|error| Self::system(&self.path, error))?;
+            .map_err(SweepError::system(&self.path))?;
         journals.retain(|path| is_journal(&path.file_name().unwrap_or_default().to_string_lossy()));
         journals.sort();
         let mut done = Done::default();
@@ -191,14 +143,13 @@ impl Folder {
         Ok(done)
     }
 
-    /// True if a case belongs to the shard.
     fn has(&self, number: usize) -> bool {
         self.shard.is_none_or(|shard| (number - 1) % shard.of == shard.number - 1)
     }
 
     /// Recording of a case that has this number: its path, and its name in the journal.
     fn recording(&self, number: usize, digest: Digest) -> (PathBuf, String) {
-        let name = format!("{RUNS}/{number:06}-{}.mcap", &digest.to_string()[..8]);
+        let name = format!("{RUNS}/{number:06}-{}.mcap", &String::from(digest)[..8]);
         (self.path.join(&name), name)
     }
 
@@ -206,17 +157,13 @@ impl Folder {
     /// another number is taken over: recordings get the names they would have, and the journal says so.
     ///
     /// * `again`: computes cases that have failed once more
-    ///
-    /// # Errors
-    ///
-    /// A file cannot be renamed, or the journal not written.
     pub fn jobs(
         &self,
         plan: &Plan,
         done: &mut Done,
         again: bool,
         journal: &mut Journal,
-    ) -> Result<Vec<Job>, FolderError> {
+    ) -> Result<Vec<Job>, SweepError> {
         let keeps = plan.request.keep == Keep::All;
         let (mut seen, mut jobs) = (BTreeSet::new(), Vec::new());
         for (number, planned) in (1..).zip(&plan.cases) {
@@ -239,10 +186,10 @@ impl Folder {
     }
 
     /// Makes the folder of recordings, if any are to be written.
-    fn make_room(&self, jobs: &[Job]) -> Result<(), FolderError> {
+    fn make_room(&self, jobs: &[Job]) -> Result<(), SweepError> {
         let runs = self.path.join(RUNS);
         match jobs.iter().any(|job| job.recording.is_some()) {
-            true => fs::create_dir_all(&runs).map_err(|error| Self::system(&runs, error)),
+            true => fs::create_dir_all(&runs).map_err(SweepError::system(&runs)),
             false => Ok(()),
         }
     }
@@ -254,10 +201,10 @@ impl Folder {
         number: usize,
         (path, name): (&Path, &str),
         journal: &mut Journal,
-    ) -> Result<bool, FolderError> {
+    ) -> Result<bool, SweepError> {
         let (old, _) = self.recording(entry.case, entry.digest);
         if entry.case != number && !is_whole(path) && is_whole(&old) {
-            fs::rename(&old, path).map_err(|error| Self::system(path, error))?;
+            fs::rename(&old, path).map_err(SweepError::system(path))?;
         }
         let is_there = is_whole(path);
         let file = is_there.then(|| name.to_owned());
@@ -270,11 +217,7 @@ impl Folder {
 
     /// What is left to do once all cases are done: that whose recording is kept alone, the first with the largest value of the measure,
     /// if it is not there yet.
-    ///
-    /// # Errors
-    ///
-    /// The folder of recordings cannot be made.
-    pub fn last_jobs(&self, plan: &Plan, done: &Done) -> Result<Vec<Job>, FolderError> {
+    pub fn last_jobs(&self, plan: &Plan, done: &Done) -> Result<Vec<Job>, SweepError> {
         let Keep::Worst(key) = &plan.request.keep else { return Ok(Vec::new()) };
         let value = |number: &usize| done.entries.get(&plan.cases[number - 1].digest)?.measures.get(key);
         let cases = (1..=plan.cases.len()).filter_map(|number| Some((number, value(&number)?)));
@@ -305,34 +248,25 @@ impl Folder {
         counts
     }
 
-    /// Writes the summary of the sweep or the shard.
-    ///
-    /// # Errors
-    ///
-    /// It cannot be written.
-    pub fn write_summary(&self, plan: &Plan, done: &Done) -> Result<(), FolderError> {
+    pub fn write_summary(&self, plan: &Plan, done: &Done) -> Result<(), SweepError> {
         let written = |sink: &mut dyn Sink| summary::write(plan, done, self.numbers(plan), sink);
         let (mut csv, mut parquet) = (Vec::new(), Vec::new());
         let creator = concat!("percuss ", env!("CARGO_PKG_VERSION"));
         written(&mut Csv::new(&mut csv))
             .and_then(|()| written(&mut Parquet::new(&mut parquet, creator, ROOM)))
-            .map_err(|error| Self::system(&self.path, error))?;
+            .map_err(SweepError::system(&self.path))?;
         self.write(&self.name("summary", "csv"), &csv)?;
         self.write(&self.name("summary", "parquet"), &parquet)
     }
 
     /// Writes what a random sample comes to, if the sweep is one, and returns it.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
-    pub fn write_uncertainty(&self, plan: &Plan, done: &Done) -> Result<Vec<Spread>, FolderError> {
+    pub fn write_uncertainty(&self, plan: &Plan, done: &Done) -> Result<Vec<Spread>, SweepError> {
         if !matches!(plan.request.combine, Combine::Lhs(_)) {
             return Ok(Vec::new());
         }
         let (mut columns, mut csv) = (Columns::default(), Vec::new());
-        let error = |error| Self::system(&self.path, error);
-        summary::write(plan, done, self.numbers(plan), &mut columns).map_err(error)?;
+        let error = SweepError::system(&self.path);
+        summary::write(plan, done, self.numbers(plan), &mut columns).map_err(&error)?;
         let spreads = columns.spreads(plan.keys().count());
         uncertainty::write(&spreads, &mut Csv::new(&mut csv)).map_err(error)?;
         self.write(&self.name("uncertainty", "csv"), &csv)?;

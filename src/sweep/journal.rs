@@ -13,7 +13,7 @@ use std::{
 use percuss_output::{has_name, synchronise, synchronise_folder};
 use serde::{Deserialize, Serialize};
 
-use super::{measure::Measures, plan::Digest};
+use super::{SweepError, measure::Measures, plan::Digest};
 
 /// How a case has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,22 +62,6 @@ pub struct Entry {
     pub warnings: Vec<String>,
 }
 
-/// Why a journal cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum JournalError {
-    /// The system refuses.
-    #[error("`{}`: {error}", path.display())]
-    System {
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        error: io::Error,
-    },
-    /// Another process works on the same cases.
-    #[error("another percuss works on this sweep: `{}` is locked", .0.display())]
-    Busy(PathBuf),
-}
-
 /// A journal that is appended to.
 #[derive(Debug)]
 pub struct Journal {
@@ -95,7 +79,7 @@ impl Journal {
     /// # Errors
     ///
     /// Another process has it, or it cannot be read and written.
-    pub fn open(path: &Path) -> Result<Self, JournalError> {
+    pub fn open(path: &Path) -> Result<Self, SweepError> {
         let open = || {
             let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
             match file.try_lock() {
@@ -110,11 +94,11 @@ impl Journal {
             synchronise_folder(path)?;
             Ok(Some(file))
         };
-        let system = |error| JournalError::System { path: path.into(), error };
+        let system = SweepError::system(path);
         loop {
-            let Some(file) = open().map_err(system)? else { return Err(JournalError::Busy(path.into())) };
+            let Some(file) = open().map_err(&system)? else { return Err(SweepError::Busy(path.into())) };
             // between opening and locking it the file may have been removed: what is written then is lost
-            if has_name(&file, path).map_err(system)? {
+            if has_name(&file, path).map_err(&system)? {
                 return Ok(Self { path: path.into(), file, synchronised: Instant::now() });
             }
         }
@@ -125,9 +109,8 @@ impl Journal {
     /// # Errors
     ///
     /// The disk is full, or fails.
-    pub fn append(&mut self, entry: &Entry) -> Result<(), JournalError> {
-        let written = self.file.write_all(line(entry).as_bytes());
-        written.map_err(|error| JournalError::System { path: self.path.clone(), error })?;
+    pub fn append(&mut self, entry: &Entry) -> Result<(), SweepError> {
+        self.file.write_all(line(entry).as_bytes()).map_err(SweepError::system(&self.path))?;
         if self.synchronised.elapsed() < SYNCHRONISE_AFTER { Ok(()) } else { self.synchronise() }
     }
 
@@ -136,9 +119,9 @@ impl Journal {
     /// # Errors
     ///
     /// The disk fails.
-    pub fn synchronise(&mut self) -> Result<(), JournalError> {
+    pub fn synchronise(&mut self) -> Result<(), SweepError> {
         self.synchronised = Instant::now();
-        synchronise(&self.file).map_err(|error| JournalError::System { path: self.path.clone(), error })
+        synchronise(&self.file).map_err(SweepError::system(&self.path))
     }
 
     /// Appends what other journals say and this one does not.
@@ -146,7 +129,7 @@ impl Journal {
     /// # Errors
     ///
     /// It cannot be read or written.
-    pub fn merge(&mut self, all: &Done) -> Result<(), JournalError> {
+    pub fn merge(&mut self, all: &Done) -> Result<(), SweepError> {
         let mut own = Done::default();
         own.read(&self.path)?;
         let new = all.entries.values().filter(|entry| own.entries.get(&entry.digest) != Some(entry));
@@ -206,10 +189,10 @@ impl Done {
     /// # Errors
     ///
     /// It cannot be read.
-    pub fn read(&mut self, path: &Path) -> Result<(), JournalError> {
+    pub fn read(&mut self, path: &Path) -> Result<(), SweepError> {
         let bytes = match std::fs::read(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-            read => read.map_err(|error| JournalError::System { path: path.into(), error })?,
+            read => read.map_err(SweepError::system(path))?,
         };
         let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |place| place + 1);
         let mut unread = 0;
@@ -290,16 +273,6 @@ mod tests {
         let mut done = read();
         done.read(&other).expect("a journal");
         assert_eq!(done.entries[&entry(2, State::Failed).digest].state, State::Stopped);
-    }
-
-    #[test]
-    fn a_journal_belongs_to_one_process_at_a_time() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("manifest.jsonl");
-        let journal = Journal::open(&path).expect("a journal");
-        assert!(matches!(Journal::open(&path), Err(JournalError::Busy(_))));
-        drop(journal);
-        Journal::open(&path).expect("a journal");
     }
 
     #[test]

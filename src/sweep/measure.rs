@@ -27,7 +27,6 @@ fn interfaces<'a>(names: impl Iterator<Item = &'a str> + Clone) -> [usize; 2] {
     })
 }
 
-/// True for the name of a measure.
 pub fn is_name(text: &str) -> bool {
     names(interfaces([text].into_iter())).iter().any(|name| name == text)
 }
@@ -44,11 +43,11 @@ pub fn names(interfaces: [usize; 2]) -> Vec<Cow<'static, str>> {
 #[serde(from = "BTreeMap<String, f64>", into = "BTreeMap<String, f64>")]
 pub struct Measures {
     numbers: Box<[Option<f64>]>,
-    interfaces: [usize; 2],
+    /// Numbers of interfaces of target and indenter of which there are numbers.
+    pub interfaces: [usize; 2],
 }
 
 impl Measures {
-    /// A number by its name.
     pub fn get(&self, name: &str) -> Option<f64> {
         let place = names(self.interfaces).iter().position(|known| known == name)?;
         self.numbers.get(place).copied().flatten()
@@ -61,11 +60,6 @@ impl Measures {
         let counts = [*SINGLE, interfaces[0] * *EACH, interfaces[1] * *EACH];
         let parts = [single, target, indenter].into_iter().zip(counts);
         parts.flat_map(|(part, count)| (0..count).map(|place| part.get(place).copied().flatten()))
-    }
-
-    /// Numbers of interfaces of target and indenter of which there are numbers.
-    pub fn interfaces(&self) -> [usize; 2] {
-        self.interfaces
     }
 }
 
@@ -102,7 +96,7 @@ mod tests {
             [("peak_force", 1.0), ("interface.1.shear", 2.0), ("indenter.interface.2.tension_r", 3.0)];
         let known = BTreeMap::from(known.map(|(name, value)| (name.to_owned(), value)));
         let measures = Measures::from(known.clone());
-        assert_eq!((measures.interfaces(), measures.get("interface.1.shear")), ([1, 2], Some(2.0)));
+        assert_eq!((measures.interfaces, measures.get("interface.1.shear")), ([1, 2], Some(2.0)));
         for interfaces in [[1, 2], [3, 2], [2, 4]] {
             let (names, values) = (names(interfaces), measures.values(interfaces));
             let columns: Vec<_> = names.iter().zip(values).collect();

@@ -1,14 +1,15 @@
 //! The cases of a sweep, all checked before the first is run.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::{
+    SweepError,
     request::Request,
-    spec::{Axis, SpecError, axes},
+    spec::{Axis, axes},
 };
 use crate::{
     advice::cost::Estimate,
@@ -17,42 +18,10 @@ use crate::{
     units::Units,
 };
 
-/// Why there is no plan.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanError {
-    /// The base of all cases cannot be read.
-    #[error(transparent)]
-    Case(#[from] CaseErrors),
-    /// The variations are wrong.
-    #[error(transparent)]
-    Spec(#[from] SpecError),
-    /// Some cases are wrong.
-    #[error(transparent)]
-    Cases(#[from] WrongCases),
-    /// Cases of several impacts.
-    #[error("a case of a sweep is one impact: leave run.bounces out, or set it to 1")]
-    Bounces,
-    /// Cases whose numbers cannot stand in one column.
-    #[error(
-        "case {number} has its {what}, case 1 its own in {first}: numbers of one column have one unit; sweep them apart"
-    )]
-    Units {
-        /// Number of the case.
-        number: usize,
-        /// What is in another unit.
-        what: String,
-        /// The unit of the first case.
-        first: String,
-    },
-}
-
-/// Cases that cannot be computed.
 #[derive(Debug, thiserror::Error)]
 #[error("{count} of {cases} cases are wrong")]
 pub struct WrongCases {
-    /// How many.
     pub count: usize,
-    /// Number of all cases.
     pub cases: usize,
     /// Those with the same problems together: the number of the first one, how many there are, the problems of the first.
     pub groups: Vec<(usize, usize, CaseErrors)>,
@@ -65,23 +34,14 @@ pub struct Digest([u8; 16]);
 
 impl Digest {
     fn of(case: &Case) -> Self {
-        let text = format!("numerics {NUMERICS}\n{}", case.identity());
-        let hash = Sha256::new().chain_update(text).finalize();
-        let mut first = [0; 16];
-        first.copy_from_slice(&hash[..16]);
-        Self(first)
-    }
-}
-
-impl fmt::Display for Digest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        let hash = Sha256::digest(format!("numerics {NUMERICS}\n{}", case.identity()));
+        Self(hash[..16].try_into().expect("a hash has 32 bytes"))
     }
 }
 
 impl From<Digest> for String {
     fn from(digest: Digest) -> Self {
-        digest.to_string()
+        format!("{:032x}", u128::from_be_bytes(digest.0))
     }
 }
 
@@ -94,7 +54,6 @@ impl TryFrom<String> for Digest {
     }
 }
 
-/// A case of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Planned {
     /// What its results are known by.
@@ -114,7 +73,6 @@ pub struct Plan {
     pub request: Request,
     /// The first case, which has the units of all.
     pub first: Case,
-    /// The cases, in order.
     pub cases: Vec<Planned>,
     base: CaseBuilder,
     axes: Vec<Axis>,
@@ -124,11 +82,7 @@ impl Plan {
     /// Checks all cases.
     ///
     /// * `folder`: of relative paths in the request
-    ///
-    /// # Errors
-    ///
-    /// The case or a table cannot be read, the variations are wrong, or any case is.
-    pub fn new(mut request: Request, folder: &Path) -> Result<Self, PlanError> {
+    pub fn new(mut request: Request, folder: &Path) -> Result<Self, SweepError> {
         let vary = std::mem::take(&mut request.vary);
         request.vary = vary.into_iter().map(|vary| vary.resolved(folder)).collect::<Result<_, _>>()?;
         let axes = axes(&request.vary, request.combine)?;
@@ -136,8 +90,7 @@ impl Plan {
             request.set.iter().any(|set| set.split_once('=').is_some_and(|(name, _)| name.trim() == *key))
         };
         if let Some(key) = axes.iter().flat_map(|axis| &axis.keys).find(set) {
-            let text = format!("`{key}` is set and varied: keep one of them");
-            return Err(SpecError::Incompatible(text).into());
+            return Err(SweepError::Usage(format!("`{key}` is set and varied: keep one of them")));
         }
         let base = base(&mut request, folder)?.overrides(&request.set);
         let count = axes.iter().map(|axis| axis.rows.len()).product();
@@ -164,36 +117,27 @@ impl Plan {
         same_units(&units)?;
         let first = settle(&base, &axes, 1)?;
         if first.run.bounces > 1 || axes.iter().flat_map(|axis| &axis.keys).any(|key| key == "run.bounces") {
-            return Err(PlanError::Bounces);
+            let text = "a case of a sweep is one impact: leave run.bounces out, or set it to 1";
+            return Err(SweepError::Usage(text.into()));
         }
         Ok(Self { request, first, cases, base, axes })
     }
 
     /// A case by its number, from 1 on.
-    ///
-    /// # Errors
-    ///
-    /// A file that the case reads has changed since it was checked.
     pub fn case(&self, number: usize) -> Result<Case, CaseErrors> {
         settle(&self.base, &self.axes, number)
     }
 
-    /// Keys that vary.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().flat_map(|axis| &axis.keys).map(String::as_str)
     }
 
     /// All values of a key, by its number from 0 on.
-    pub(super) fn column(&self, mut key: usize) -> impl Iterator<Item = &str> {
-        let mut axes = self.axes.iter();
-        let axis = loop {
-            let axis = axes.next().expect("the number of a key");
-            if key < axis.keys.len() {
-                break axis;
-            }
-            key -= axis.keys.len();
-        };
-        axis.rows.iter().map(move |row| row[key].as_str())
+    pub(super) fn column(&self, key: usize) -> impl Iterator<Item = &str> {
+        let mut places =
+            self.axes.iter().flat_map(|axis| (0..axis.keys.len()).map(move |place| (axis, place)));
+        let (axis, place) = places.nth(key).expect("the number of a key");
+        axis.rows.iter().map(move |row| row[place].as_str())
     }
 
     /// Their values in a case by its number, from 1 on, each as it stands in a case file.
@@ -203,7 +147,7 @@ impl Plan {
 }
 
 /// The case that all others vary. The request of one that is read from a file then has its text and stands by itself.
-fn base(request: &mut Request, folder: &Path) -> Result<CaseBuilder, PlanError> {
+fn base(request: &mut Request, folder: &Path) -> Result<CaseBuilder, SweepError> {
     if request.text.is_none() {
         if builtin::find(&request.case).is_some() {
             return Ok(CaseBuilder::load(&request.case)?);
@@ -217,8 +161,8 @@ fn base(request: &mut Request, folder: &Path) -> Result<CaseBuilder, PlanError> 
     let (text, folder) =
         (request.text.clone().unwrap_or_default(), request.folder.clone().unwrap_or_default());
     // known from anywhere
-    let folder = std::path::absolute(&folder)
-        .map_err(|error| SpecError::File { path: folder, what: error.to_string() })?;
+    let folder =
+        std::path::absolute(&folder).map_err(|error| SweepError::unread(&folder)(error.to_string()))?;
     request.folder = Some(folder.clone());
     Ok(CaseBuilder::from_text(&request.case, &text, &folder))
 }
@@ -265,16 +209,18 @@ fn all_right<T>(checked: Vec<Result<T, CaseErrors>>) -> Result<Vec<T>, WrongCase
     Err(WrongCases { count, cases, groups })
 }
 
-fn same_units(units: &[Units]) -> Result<(), PlanError> {
+/// Refuses cases whose numbers cannot stand in one column.
+fn same_units(units: &[Units]) -> Result<(), SweepError> {
     let names = |units: &Units| {
         [("time", units.time), ("length", units.length), ("force", units.force)]
             .map(|(what, unit)| (what, unit.name))
     };
-    for (number, others) in (1..).zip(units) {
+    for (number, others) in (1_usize..).zip(units) {
         for ((what, unit), (_, first)) in names(others).into_iter().zip(names(&units[0])) {
             if unit != first {
-                let what = format!("{what} in {unit}");
-                return Err(PlanError::Units { number, what, first: first.into() });
+                return Err(SweepError::Usage(format!(
+                    "case {number} has its {what} in {unit}, case 1 its own in {first}: numbers of one column have one unit; sweep them apart"
+                )));
             }
         }
     }

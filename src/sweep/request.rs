@@ -1,16 +1,12 @@
 //! What is asked for, as arguments and sweep files say it.
 
-use std::{
-    fmt,
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    measure,
-    spec::{Combine, SpecError, Vary},
+    SweepError, measure,
+    spec::{Combine, Vary},
 };
 use crate::input::read_text;
 
@@ -18,7 +14,6 @@ use crate::input::read_text;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Keep {
-    /// Those of all cases.
     #[default]
     All,
     /// None: the summary is what stays.
@@ -27,20 +22,20 @@ pub enum Keep {
     Worst(String),
 }
 
-impl fmt::Display for Keep {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::All => f.write_str("all"),
-            Self::None => f.write_str("none"),
-            Self::Worst(measure) => write!(f, "worst:{measure}"),
+impl From<Keep> for String {
+    fn from(keep: Keep) -> Self {
+        match keep {
+            Keep::All => "all".into(),
+            Keep::None => "none".into(),
+            Keep::Worst(measure) => format!("worst:{measure}"),
         }
     }
 }
 
-impl FromStr for Keep {
-    type Err = String;
+impl TryFrom<String> for Keep {
+    type Error = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn try_from(text: String) -> Result<Self, String> {
         match text.split_once(':') {
             None if text == "all" => Ok(Self::All),
             None if text == "none" => Ok(Self::None),
@@ -53,22 +48,8 @@ impl FromStr for Keep {
     }
 }
 
-impl TryFrom<String> for Keep {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Keep> for String {
-    fn from(keep: Keep) -> Self {
-        keep.to_string()
-    }
-}
-
 /// What is asked for, as `sweep.toml` has it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
     /// A built-in case or a file, which relative paths are seen from the folder of this file; where there is a text, its name in messages.
@@ -85,21 +66,15 @@ pub struct Request {
     /// Which recordings are kept.
     #[serde(default)]
     pub keep: Keep,
-    /// How the variations go together.
     #[serde(default)]
     pub combine: Combine,
-    /// The variations.
     pub vary: Vec<Vary>,
 }
 
 impl Request {
     /// Reads a sweep file, `None` if the file is none: it has no `vary`.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or something in it is wrong.
-    pub fn read(path: &Path) -> Result<Option<Self>, SpecError> {
-        let fail = |what: String| SpecError::File { path: path.into(), what };
+    pub fn read(path: &Path) -> Result<Option<Self>, SweepError> {
+        let fail = SweepError::unread(path);
         let text = read_text(path).map_err(|error| fail(error.to_string()))?;
         let wrong = |error: toml::de::Error| {
             let before = &text[..error.span().unwrap_or_default().start];

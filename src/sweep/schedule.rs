@@ -14,15 +14,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{
+    SweepError,
     journal::{Entry, State},
     plan::Plan,
 };
 use crate::{
     advice::{Advised, codes},
-    case::CaseErrors,
     measuring::Measuring,
     recording::Destination,
     session::{self, Flow, Recording, RunError, Source, Status},
@@ -30,10 +30,8 @@ use crate::{
     view::View,
 };
 
-/// A case that is to be computed.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// Its number.
     pub number: usize,
     /// Where its recording goes, if it is kept, and its name in the journal.
     pub recording: Option<(PathBuf, String)>,
@@ -48,30 +46,6 @@ pub struct Limits {
     pub memory: u64,
 }
 
-/// Why a sweep ends before all cases have: none of it is the fault of a case.
-#[derive(Debug, thiserror::Error)]
-pub enum ScheduleError {
-    /// The recording of a case failed, as on a full disk.
-    #[error("case {number}: {error}")]
-    Recording {
-        /// Number of the case.
-        number: usize,
-        /// Cause.
-        error: RunError,
-    },
-    /// A case is another one than was checked.
-    #[error("case {number} has changed since the sweep began: {error}")]
-    Changed {
-        /// Number of the case.
-        number: usize,
-        /// Cause.
-        error: CaseErrors,
-    },
-    /// The system has no threads left.
-    #[error("cannot start threads: {0}")]
-    Threads(#[from] ThreadPoolBuildError),
-}
-
 /// One-thread time up to which a case stays on one thread \[s\]: threads that share less wait for each other.
 const SMALL: f64 = 1.0;
 
@@ -82,17 +56,13 @@ const PATIENCE: Duration = Duration::from_millis(100);
 ///
 /// * `signal`: not 0 once the sweep is to be interrupted
 /// * `take`: gets what the journal says of every case that is done, on this thread; with an error the sweep ends
-///
-/// # Errors
-///
-/// What ended the sweep; cases that were under way are not done then.
-pub fn run<E: From<ScheduleError>>(
+pub fn run(
     plan: &Plan,
     jobs: Vec<Job>,
     limits: Limits,
     signal: &AtomicUsize,
-    mut take: impl FnMut(Entry) -> Result<(), E>,
-) -> Result<(), E> {
+    mut take: impl FnMut(Entry) -> Result<(), SweepError>,
+) -> Result<(), SweepError> {
     let queue = Queue::new(plan, jobs, limits, signal);
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -104,7 +74,7 @@ pub fn run<E: From<ScheduleError>>(
         let mut result = Ok(());
         for done in receiver {
             if result.is_ok() {
-                result = done.map_err(E::from).and_then(&mut take);
+                result = done.and_then(&mut take);
                 if result.is_err() {
                     queue.break_off();
                 }
@@ -128,27 +98,14 @@ struct Waiting {
     jobs: VecDeque<Job>,
     /// Estimated time of all jobs on one thread \[s\].
     seconds: f64,
-    threads: usize,
-    memory: u64,
-}
-
-/// What a job has of the limits.
-#[derive(Clone, Copy)]
-struct Share {
-    threads: usize,
-    memory: u64,
+    free: Limits,
 }
 
 impl<'a> Queue<'a> {
     fn new(plan: &'a Plan, mut jobs: Vec<Job>, limits: Limits, signal: &'a AtomicUsize) -> Self {
         let seconds = |job: &Job| plan.cases[job.number - 1].seconds;
         jobs.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
-        let waiting = Waiting {
-            seconds: jobs.iter().map(seconds).sum(),
-            jobs: jobs.into(),
-            threads: limits.threads,
-            memory: limits.memory,
-        };
+        let waiting = Waiting { seconds: jobs.iter().map(seconds).sum(), jobs: jobs.into(), free: limits };
         let (waiting, changed) = (Mutex::new(waiting), Condvar::new());
         Self { plan, limits, signal, is_broken: AtomicBool::new(false), waiting, changed }
     }
@@ -167,16 +124,16 @@ impl<'a> Queue<'a> {
     }
 
     /// The next job, once there is room for it; `None` when nothing is left to do.
-    fn next(&self) -> Option<(Job, Share)> {
+    fn next(&self) -> Option<(Job, Limits)> {
         let mut waiting = self.lock();
         while !self.is_over() {
             let planned = self.plan.cases[waiting.jobs.front()?.number - 1];
             let is_large = planned.seconds > SMALL.max(waiting.seconds / self.limits.threads as f64);
             let threads = if is_large { self.limits.threads } else { 1 };
-            let share = Share { threads, memory: planned.memory.min(self.limits.memory) };
-            if share.threads <= waiting.threads && share.memory <= waiting.memory {
-                waiting.threads -= share.threads;
-                waiting.memory -= share.memory;
+            let share = Limits { threads, memory: planned.memory.min(self.limits.memory) };
+            if share.threads <= waiting.free.threads && share.memory <= waiting.free.memory {
+                waiting.free.threads -= share.threads;
+                waiting.free.memory -= share.memory;
                 waiting.seconds -= planned.seconds;
                 return waiting.jobs.pop_front().map(|job| (job, share));
             }
@@ -185,17 +142,19 @@ impl<'a> Queue<'a> {
         None
     }
 
-    fn give_back(&self, share: Share) {
+    fn give_back(&self, share: Limits) {
         let mut waiting = self.lock();
-        waiting.threads += share.threads;
-        waiting.memory += share.memory;
+        waiting.free.threads += share.threads;
+        waiting.free.memory += share.memory;
         self.changed.notify_all();
     }
 
     /// Computes a case; `None` if it was interrupted.
-    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, ScheduleError> {
+    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, SweepError> {
         let (number, start) = (job.number, Instant::now());
-        let case = self.plan.case(number).map_err(|error| ScheduleError::Changed { number, error })?;
+        let case = self.plan.case(number).map_err(|error| {
+            SweepError::Failed(format!("case {number} has changed since the sweep began: {error}"))
+        })?;
         let mut watch = |_: &View<'_>| match self.is_over() {
             true => Flow::Interrupt("the sweep is interrupted".into()),
             false => Flow::Continue,
@@ -240,25 +199,25 @@ impl<'a> Queue<'a> {
             Err(RunError::Simulation(error)) => {
                 Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default())))
             }
-            Err(error) => Err(ScheduleError::Recording { number, error }),
+            Err(error) => Err(error.into()),
         }
     }
 }
 
 /// One thread's part of the work.
-fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, ScheduleError>>) {
+fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, SweepError>>) {
+    let pool = |builder: ThreadPoolBuilder| {
+        builder.build().map_err(|error| SweepError::Failed(format!("cannot start threads: {error}")))
+    };
     // the thread itself is the pool of small cases
-    let own = match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+    let own = match pool(ThreadPoolBuilder::new().num_threads(1).use_current_thread()) {
         Ok(own) => own,
-        Err(error) => return drop(sender.send(Err(error.into()))),
+        Err(error) => return drop(sender.send(Err(error))),
     };
     while let Some((job, share)) = queue.next() {
         let done = match share.threads {
             1 => queue.compute(&job, &own),
-            threads => ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .map_err(ScheduleError::from)
+            threads => pool(ThreadPoolBuilder::new().num_threads(threads))
                 .and_then(|pool| queue.compute(&job, &pool)),
         };
         queue.give_back(share);
@@ -274,18 +233,16 @@ mod tests {
     use super::*;
     use crate::sweep::{
         request::{Keep, Request},
-        spec::{Combine, Vary},
+        spec::Vary,
     };
 
     fn plan(vary: &str) -> Plan {
         let request = Request {
             case: "fig5".into(),
-            text: None,
-            folder: None,
             set: vec!["record.frames=0".into()],
             keep: Keep::None,
-            combine: Combine::Product,
             vary: vec![Vary::parse(vary)],
+            ..Request::default()
         };
         Plan::new(request, "".as_ref()).expect("a plan")
     }
@@ -295,7 +252,7 @@ mod tests {
     }
 
     /// True if the next job has to wait until `share` is given back.
-    fn waits(queue: &Queue<'_>, share: Share) -> bool {
+    fn waits(queue: &Queue<'_>, share: Limits) -> bool {
         std::thread::scope(|scope| {
             let next = scope.spawn(|| queue.next());
             std::thread::sleep(3 * PATIENCE);

@@ -1,8 +1,7 @@
 //! Job scripts: the shards of a sweep as the tasks of a scheduler.
 
-use std::{fmt, io, path::Path};
+use std::{io, path::Path};
 
-/// A scheduler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Scheduler {
@@ -18,13 +17,9 @@ pub enum Scheduler {
 /// Largest number of tasks that a script asks for by itself.
 const TASKS: usize = 16;
 
-/// A text as one word of a shell.
-struct Quoted<'a>(&'a str);
-
-impl fmt::Display for Quoted<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "'{}'", self.0.replace('\'', r"'\''"))
-    }
+/// A path as one word of a shell.
+fn quoted(path: &Path) -> String {
+    format!("'{}'", path.to_string_lossy().replace('\'', r"'\''"))
 }
 
 /// The part of a task of Slurm, whose indices may be any: the one at its place in a row of indices, else the first that no other task of the
@@ -41,14 +36,8 @@ done
 ///
 /// * `cases`: number of cases
 /// * `memory`: largest of a case \[bytes\]
-///
-/// # Errors
-///
-/// The path of the program or of the folder is not known.
 pub fn script(scheduler: Scheduler, folder: &Path, cases: usize, memory: u64) -> io::Result<String> {
-    let (program, folder) = (std::env::current_exe()?, std::path::absolute(folder)?);
-    let (program, folder) = (program.to_string_lossy(), folder.to_string_lossy());
-    let (program, directory) = (Quoted(&program), Quoted(&folder));
+    let (program, directory) = (quoted(&std::env::current_exe()?), quoted(&std::path::absolute(folder)?));
     let tasks = cases.clamp(1, TASKS);
     // room for the program and what it writes
     let megabytes = (memory >> 20) + 512;
@@ -97,7 +86,7 @@ mod tests {
 
     #[test]
     fn names_are_words_of_the_shell() {
-        assert_eq!(Quoted("it's a folder").to_string(), r"'it'\''s a folder'");
+        assert_eq!(quoted("it's a folder".as_ref()), r"'it'\''s a folder'");
         let script = script(Scheduler::Slurm, "/a b".as_ref(), 5, 1 << 30).expect("a script");
         assert!(script.contains("--array=1-5\n") && script.contains("--mem=1536M\n"), "{script}");
         assert!(script.contains(" sweep '/a b' --quiet"), "{script}");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use toml::Value;
 
-use super::{MAX_CASES, random::Random};
+use super::{MAX_CASES, SweepError};
 use crate::{
     case::{quantity_si, split_number},
     geometry::Geometry,
@@ -15,7 +15,6 @@ use crate::{
 /// Values of keys that vary together, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
-    /// The keys, dotted.
     pub keys: Vec<String>,
     /// Their values, each as it stands in a case file, shape `(rows, keys)`.
     pub rows: Vec<Vec<String>>,
@@ -34,14 +33,11 @@ pub enum Combine {
     Lhs(Samples),
 }
 
-/// Random samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table, { samples = 100, seed = 1 }")]
 pub struct Samples {
-    /// Number of cases.
     #[serde(deserialize_with = "count")]
     pub samples: u64,
-    /// Seed of the random numbers.
     #[serde(deserialize_with = "count")]
     pub seed: u64,
 }
@@ -58,50 +54,19 @@ fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
 #[serde(untagged, deny_unknown_fields)]
 #[serde(expecting = "a [[vary]] has `key` and `values`, or `file`, or `keys` and `rows`")]
 pub enum Vary {
-    /// A key with its values.
-    #[serde(rename_all = "kebab-case")]
     Key {
-        /// The key, dotted.
         key: String,
         /// A list, or a range `from:to:count[:log]` as a text.
         values: Value,
     },
     /// A CSV file: a column for each key, a row for each case.
-    File {
-        /// The file.
-        file: PathBuf,
-    },
+    File { file: PathBuf },
     /// A table: what a file says once it has been read.
     Table {
-        /// The keys, dotted.
         keys: Vec<String>,
         /// The values, row by row, each as it stands in a case file.
         rows: Vec<Vec<String>>,
     },
-}
-
-/// Why a variation is none.
-#[derive(Debug, thiserror::Error)]
-pub enum SpecError {
-    /// The variation is wrong in itself.
-    #[error("--vary {spec}: {what}")]
-    Spec {
-        /// The variation.
-        spec: String,
-        /// What is wrong, and what is possible.
-        what: String,
-    },
-    /// A table cannot be read.
-    #[error("cannot read `{}`: {what}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
-    /// The variations cannot be combined.
-    #[error("{0}")]
-    Incompatible(String),
 }
 
 impl Vary {
@@ -118,11 +83,7 @@ impl Vary {
     /// The same with files read, so that it stands by itself.
     ///
     /// * `folder`: of relative paths
-    ///
-    /// # Errors
-    ///
-    /// A file cannot be read, or is no table.
-    pub fn resolved(self, folder: &Path) -> Result<Self, SpecError> {
+    pub fn resolved(self, folder: &Path) -> Result<Self, SweepError> {
         match self {
             Self::File { file } => {
                 let path = folder.join(file);
@@ -133,27 +94,31 @@ impl Vary {
         }
     }
 
-    /// What it says, as an argument.
-    fn text(&self) -> String {
-        match self {
+    /// Why it is none.
+    ///
+    /// * `what`: what is wrong, and what is possible
+    fn refuse(&self, what: &str) -> SweepError {
+        let spec = match self {
             Self::Key { key, values: Value::String(values) } => format!("{key}={values}"),
             Self::Key { key, values } => format!("{key}={values}"),
             Self::File { file } => file.display().to_string(),
             Self::Table { keys, .. } => keys.join(","),
-        }
+        };
+        SweepError::Usage(format!("--vary {spec}: {what}"))
     }
 
-    fn axis(&self) -> Result<Axis, SpecError> {
-        let refuse = |what: &str| SpecError::Spec { spec: self.text(), what: what.into() };
+    fn axis(&self) -> Result<Axis, SweepError> {
         let column = |key: &String, values: Vec<String>| Axis {
             keys: vec![key.clone()],
             rows: values.into_iter().map(|value| vec![value]).collect(),
         };
         let axis = match self {
-            Self::Key { key, .. } if key.is_empty() => return Err(refuse("the key is missing: KEY=VALUES")),
+            Self::Key { key, .. } if key.is_empty() => {
+                return Err(self.refuse("the key is missing: KEY=VALUES"));
+            }
             Self::Key { key, values: Value::String(text) } => match Range::parse(text) {
                 Some(range) => {
-                    column(key, range.and_then(|range| range.values()).map_err(|what| refuse(&what))?)
+                    column(key, range.and_then(|range| range.values()).map_err(|what| self.refuse(&what))?)
                 }
                 None => column(key, split(text)),
             },
@@ -162,44 +127,37 @@ impl Vary {
             }
             Self::Key { key, values } => column(key, vec![values.to_string()]),
             Self::Table { keys, rows } => Axis { keys: keys.clone(), rows: rows.clone() },
-            Self::File { .. } => return Err(refuse("the file has not been read")),
+            Self::File { .. } => return Err(self.refuse("the file has not been read")),
         };
         if axis.rows.is_empty() || axis.rows.iter().flatten().any(String::is_empty) {
-            return Err(refuse(
+            return Err(self.refuse(
                 "a value is missing; a list is 1,2,5, a range FROM:TO:COUNT or FROM:TO:COUNT:log, a table the name of a CSV file",
             ));
         }
         match axis.rows.iter().find(|row| row.len() != axis.keys.len()) {
-            Some(row) => Err(refuse(&format!("a row has {} values for {} keys", row.len(), axis.keys.len()))),
+            Some(row) => {
+                Err(self.refuse(&format!("a row has {} values for {} keys", row.len(), axis.keys.len())))
+            }
             None => Ok(axis),
         }
     }
 
     /// The key and the range of one that varies continuously.
-    ///
-    /// # Errors
-    ///
-    /// It is another variation.
-    pub fn range(&self) -> Result<(String, Range), SpecError> {
-        let refuse = |what: String| SpecError::Spec { spec: self.text(), what };
-        let wanted = || refuse("a range is needed: KEY=FROM:TO or KEY=FROM:TO:log".into());
+    pub fn range(&self) -> Result<(String, Range), SweepError> {
+        let wanted = || self.refuse("a range is needed: KEY=FROM:TO or KEY=FROM:TO:log");
         let Self::Key { key, values: Value::String(text) } = self else { return Err(wanted()) };
-        let range = Range::parse(text).ok_or_else(wanted)?.map_err(refuse)?;
+        let range = Range::parse(text).ok_or_else(wanted)?.map_err(|what| self.refuse(&what))?;
         if range.count.is_some() {
-            return Err(refuse("this range has no count of its own: FROM:TO or FROM:TO:log".into()));
+            return Err(self.refuse("this range has no count of its own: FROM:TO or FROM:TO:log"));
         }
         Ok((key.clone(), range))
     }
 }
 
 /// The axes of a sweep: a case is a row of each.
-///
-/// # Errors
-///
-/// A variation is wrong, or they cannot be combined.
-pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
+pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SweepError> {
     if vary.is_empty() {
-        return Err(SpecError::Incompatible("nothing is varied: add --vary KEY=VALUES".into()));
+        return Err(SweepError::Usage("nothing is varied: add --vary KEY=VALUES".into()));
     }
     let axes = match combine {
         Combine::Lhs(Samples { samples, seed }) => {
@@ -211,7 +169,7 @@ pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
     };
     let keys: Vec<&String> = axes.iter().flat_map(|axis| &axis.keys).collect();
     if let Some((_, key)) = keys.iter().enumerate().find(|(i, key)| keys[..*i].contains(key)) {
-        return Err(SpecError::Incompatible(format!("`{key}` is varied twice: keep one of them")));
+        return Err(SweepError::Usage(format!("`{key}` is varied twice: keep one of them")));
     }
     let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.rows.len()));
     match count.filter(|count| *count <= MAX_CASES) {
@@ -222,12 +180,12 @@ pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
                 "{} cases are more than the {MAX_CASES} of a sweep; vary less at a time",
                 counts.join(" x ")
             );
-            Err(SpecError::Incompatible(text))
+            Err(SweepError::Usage(text))
         }
     }
 }
 
-fn zip(axes: Vec<Axis>) -> Result<Axis, SpecError> {
+fn zip(axes: Vec<Axis>) -> Result<Axis, SweepError> {
     let rows = axes[0].rows.len();
     if let Some(other) = axes.iter().find(|axis| axis.rows.len() != rows) {
         let text = format!(
@@ -236,7 +194,7 @@ fn zip(axes: Vec<Axis>) -> Result<Axis, SpecError> {
             other.keys.join(","),
             other.rows.len()
         );
-        return Err(SpecError::Incompatible(text));
+        return Err(SweepError::Usage(text));
     }
     let row = |i: usize| axes.iter().flat_map(|axis| axis.rows[i].clone()).collect();
     Ok(Axis {
@@ -252,7 +210,8 @@ pub struct Range {
     ends: [f64; 2],
     /// As they are written, with their units.
     written: [String; 2],
-    unit: String,
+    /// Empty for plain numbers.
+    pub unit: String,
     count: Option<usize>,
     is_log: bool,
 }
@@ -317,17 +276,11 @@ impl Range {
         if self.is_log { (self.at(share) * libm::log(b / a)).abs() } else { (b - a).abs() }
     }
 
-    /// Its unit; empty for plain numbers.
-    pub fn unit(&self) -> &str {
-        &self.unit
-    }
-
     /// The number at a share as it stands in a case file.
     pub fn text_at(&self, share: f64) -> String {
         self.text(&format!("{:?}", self.at(share)))
     }
 
-    /// A number as it stands in a case file.
     fn text(&self, number: &str) -> String {
         if self.unit.is_empty() { number.into() } else { format!("{number} {}", self.unit) }
     }
@@ -384,8 +337,8 @@ fn split(text: &str) -> Vec<String> {
     values.iter().map(|value| value.trim().to_owned()).collect()
 }
 
-fn read_table(path: &Path) -> Result<Axis, SpecError> {
-    let fail = |what: String| SpecError::File { path: path.into(), what };
+fn read_table(path: &Path) -> Result<Axis, SweepError> {
+    let fail = SweepError::unread(path);
     let text = read_text(path).map_err(|error| fail(error.to_string()))?;
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
@@ -405,10 +358,10 @@ fn read_table(path: &Path) -> Result<Axis, SpecError> {
 
 /// A Latin hypercube: every range is cut into as many parts as there are samples, in its own scale, and every part has one sample, at a random
 /// place in it and in a random order.
-fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Result<Axis, SpecError> {
+fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Result<Axis, SweepError> {
     let known = usize::try_from(samples).ok().filter(|samples| (1..=MAX_CASES).contains(samples));
     let Some(samples) = known else {
-        return Err(SpecError::Incompatible(format!("--lhs {samples}: 1 to {MAX_CASES} samples")));
+        return Err(SweepError::Usage(format!("--lhs {samples}: 1 to {MAX_CASES} samples")));
     };
     let mut random = Random(seed);
     let mut rows = vec![Vec::with_capacity(ranges.len()); samples];
@@ -425,9 +378,37 @@ fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Res
     Ok(Axis { keys: ranges.into_iter().map(|(key, _)| key).collect(), rows })
 }
 
+/// SplitMix64: the same numbers everywhere and in every version.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// From 0 to below 1.
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A whole number below `count`.
+    fn below(&mut self, count: usize) -> usize {
+        ((u128::from(self.next()) * count as u128) >> 64) as usize
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_random_numbers_are_those_of_splitmix64() {
+        let mut random = Random(1_234_567);
+        assert_eq!([random.next(), random.next()], [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
+    }
 
     fn values(spec: &str) -> Result<Vec<String>, String> {
         let axis = Vary::parse(spec).axis().map_err(|error| error.to_string())?;

@@ -16,10 +16,6 @@ use crate::{
 };
 
 /// Writes the rows of some cases, by their numbers; those that are not done have none.
-///
-/// # Errors
-///
-/// The output cannot be written.
 pub fn write(
     plan: &Plan,
     done: &Done,
@@ -38,7 +34,7 @@ pub fn write(
 
 /// Most interfaces of layers that target and indenter of a case of a sweep have.
 fn interfaces(plan: &Plan, done: &Done) -> [usize; 2] {
-    let all = done.entries.values().map(|entry| entry.measures.interfaces());
+    let all = done.entries.values().map(|entry| entry.measures.interfaces);
     all.fold(plan.first.sizes.interfaces(), |most, these| [0, 1].map(|body| most[body].max(these[body])))
 }
 

@@ -31,7 +31,6 @@ impl Sink for Columns {
     }
 }
 
-/// Ends of the band.
 const BAND: [f64; 2] = [0.05, 0.95];
 /// Fewest cases of which there is a band.
 const FEWEST: usize = 3;
@@ -39,7 +38,6 @@ const FEWEST: usize = 3;
 /// What a sample makes of a measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spread {
-    /// Its column.
     pub heading: Heading,
     /// Mean, and the ends of the band.
     pub values: [f64; 3],
@@ -78,11 +76,6 @@ impl Columns {
     }
 }
 
-/// Writes a row for each.
-///
-/// # Errors
-///
-/// The output cannot be written.
 pub fn write(spreads: &[Spread], sink: &mut dyn Sink) -> io::Result<()> {
     let heading = |name: &str, kind| Heading { name: name.into(), unit: None, kind };
     let numbers = ["mean", "low_5", "high_95"].map(|name| heading(name, CellType::Double));

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::{Sheet, Viewport, WORLD, colours, entity, viewport::EdgeWave};
+use super::{Sheet, Viewport, WORLD, entity, viewport::EdgeWave, world::World};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Rate},
@@ -19,7 +19,6 @@ const POINTS: u32 = 36;
 /// Crossings of the layer after which fronts are no longer drawn.
 const CROSSINGS: f64 = 4.0;
 
-/// Draws the fronts of a case.
 struct Fronts {
     viewport: Arc<Viewport>,
     is_flat: bool,
@@ -27,7 +26,6 @@ struct Fronts {
     circle: Vec<(f64, f64)>,
 }
 
-/// The channel of a case.
 pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
     let meaning = if case.model.has_shear() {
         "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
@@ -83,7 +81,7 @@ impl Fronts {
         }
         let z = self.viewport.height_of(Sheet::Fronts);
         let thin =
-            |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..world.line(points, z, colours::FRONT) };
+            |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..world.line(points, z, World::FRONT) };
         lines.into_iter().filter(|points: &Vec<_>| points.len() > 1).map(thin).collect()
     }
 

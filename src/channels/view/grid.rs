@@ -22,7 +22,6 @@ use crate::{
 /// Names of the parts of a colour, as viewers know them.
 const COLOUR: [&str; 4] = ["red", "green", "blue", "alpha"];
 
-/// The channel of a case.
 pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Channel {
     let world = viewport.world;
     let notes = vec![

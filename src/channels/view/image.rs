@@ -21,7 +21,6 @@ use crate::{
 /// Exaggeration over that of the scene.
 const PRESSED: f64 = 0.25;
 
-/// Draws the picture of a frame.
 struct Picture {
     section: Arc<Mutex<Section>>,
     plate: Plate,
@@ -107,7 +106,6 @@ impl Picture {
         });
     }
 
-    /// Writes the pixels as a file.
     fn encode(&self, data: &mut Vec<u8>) -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(data, self.pixels.width as u32, self.pixels.height as u32);
         encoder.set_color(png::ColorType::Indexed);

@@ -34,15 +34,12 @@ const BAR: i64 = 20;
 
 /// The part of the images of a run that stays.
 pub struct Plate {
-    /// The image without a section.
     pub base: Raster,
     /// Shape `(256, [red, green, blue])`.
     pub palette: [[u8; 3]; 256],
     /// Pixels of a length of R.
     pub scale: f64,
-    /// Where the section is.
     pub section: Section,
-    /// Where values are written.
     pub values: [f64; 2],
     /// Pixels of the viewport in a row of the section.
     columns: usize,
@@ -52,7 +49,6 @@ impl Plate {
     /// Size of the letters of labels and values \[pixels\].
     pub const LETTERS: f64 = 17.0;
 
-    /// The images of a case.
     pub fn new(case: &Case, viewport: &Viewport) -> Self {
         let (columns, rows) = (2 * viewport.columns, viewport.rows);
         let block = SECTION.div_ceil(columns).min(HEIGHT / (rows + viewport.above)).max(1);
@@ -146,7 +142,6 @@ impl Plate {
         self.write(&format!("z [{name}]"), [left - 56, middle], Self::LETTERS, Align::Middle, true);
     }
 
-    /// The colour bar.
     fn bar(&mut self, case: &Case, [half, depth]: [i64; 2]) {
         let Section { axis, surface, .. } = self.section;
         let field = case.record.fields[0];

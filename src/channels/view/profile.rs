@@ -12,7 +12,6 @@ const POINTS: f64 = 400.0;
 /// Outer radius of the profile over the radius that contact reaches.
 pub const MARGIN: f64 = 2.0;
 
-/// The channel of a case.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, stress, .. } = case.units();
     let fields = vec![

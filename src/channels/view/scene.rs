@@ -5,8 +5,7 @@ use std::sync::Arc;
 use percuss_canvas::DIVERGING;
 
 use super::{
-    INDENTER, Sheet, Viewport, WORLD, colours, entity,
-    labels::spread,
+    INDENTER, Sheet, Viewport, WORLD, entity,
     viewport::{Window, range},
     world::World,
 };
@@ -26,7 +25,6 @@ use crate::{
 /// Largest number of points on one side of the surface.
 const SURFACE_POINTS: f64 = 100.0;
 
-/// Draws the scene of a frame.
 struct Scene {
     viewport: Arc<Viewport>,
     /// Length of the arrow per unit of drag, dimensionless.
@@ -46,7 +44,6 @@ struct Scene {
     colours: Option<SceneEntity>,
 }
 
-/// The channel of a case.
 pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
     let Units { length, force, .. } = case.units();
     let note = FieldNote::new(
@@ -82,7 +79,7 @@ impl Scene {
         let world = viewport.world;
         let across = |depth: f64| {
             let ends = [-viewport.half_width, viewport.half_width].map(|x| world.point(x, -depth));
-            world.line(ends.to_vec(), viewport.height_of(Sheet::Backing), colours::OUTLINE)
+            world.line(ends.to_vec(), viewport.height_of(Sheet::Backing), World::OUTLINE)
         };
         let shown = viewport.layers.iter().skip(1).filter(|(_, top)| *top < viewport.depth);
         let interfaces = shown.map(|(_, top)| LinePrimitive { thickness: 1.0, ..across(*top) });
@@ -119,7 +116,6 @@ impl Scene {
         self.mirrored(&right)
     }
 
-    /// The face of an indenter that gives.
     fn face(&self, view: &View<'_>) -> Vec<Point3> {
         let moved = |(node, [x, y]): &(usize, [f64; 2])| (*x, y + self.viewport.height(view.face(*node)));
         self.mirrored(&self.face.iter().map(moved).collect::<Vec<_>>())
@@ -137,7 +133,7 @@ impl Scene {
         let new = |id: &str, frame: &str| entity(id, frame, outlet);
         let lines = |lines: Vec<LinePrimitive>, entity: SceneEntity| SceneEntity { lines, ..entity };
         let mut entities = vec![lines(
-            vec![world.line(self.surface(view), viewport.height_of(Sheet::Surface), colours::SURFACE)],
+            vec![world.line(self.surface(view), viewport.height_of(Sheet::Surface), World::SURFACE)],
             new("surface", WORLD),
         )];
         if let Some((outline, filling)) = &self.body {
@@ -149,7 +145,7 @@ impl Scene {
         }
         if !self.face.is_empty() {
             // its field shows the body
-            let line = world.line(self.face(view), viewport.height_of(Sheet::Outline), colours::OUTLINE);
+            let line = world.line(self.face(view), viewport.height_of(Sheet::Outline), World::OUTLINE);
             entities.push(lines(vec![line], new("indenter", WORLD)));
         }
         if let Some(backing) = &self.backing {
@@ -171,7 +167,7 @@ impl Scene {
         entities.push(lines(
             vec![LinePrimitive {
                 r#type: line_primitive::Type::LineList.into(),
-                ..world.line(points, viewport.height_of(Sheet::Marks), colours::CONTACT)
+                ..world.line(points, viewport.height_of(Sheet::Marks), World::CONTACT)
             }],
             new("contact", WORLD),
         ));
@@ -218,12 +214,12 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
     };
     let outline = LinePrimitive {
         r#type: line_primitive::Type::LineLoop.into(),
-        ..world.line(outline, viewport.height_of(Sheet::Outline), colours::OUTLINE)
+        ..world.line(outline, viewport.height_of(Sheet::Outline), World::OUTLINE)
     };
     let filling = TriangleListPrimitive {
         pose: Some(world.at(0.0, 0.0, viewport.height_of(Sheet::Body))),
         points: face.windows(2).flat_map(corners).collect(),
-        color: Some(colours::BODY),
+        color: Some(World::BODY),
         ..TriangleListPrimitive::default()
     };
     (outline, filling)
@@ -244,7 +240,7 @@ fn names(viewport: &Viewport) -> (Vec<LinePrimitive>, Vec<TextPrimitive>) {
         if lower - faces[i] < pitch {
             let [near, far] = [0.11, 0.17].map(|back| middle - back * half_width);
             let line = vec![world.point(far, -0.5 * (faces[i] + lower)), world.point(near, -at)];
-            leaders.push(LinePrimitive { thickness: 1.0, ..world.line(line, marks, colours::OUTLINE) });
+            leaders.push(LinePrimitive { thickness: 1.0, ..world.line(line, marks, World::OUTLINE) });
         }
         names.push(label(viewport.layers[i].0.clone(), world.at(middle, -at, marks)));
     }
@@ -277,7 +273,7 @@ fn colour_bar(case: &Case, field: Field, viewport: &Viewport) -> SceneEntity {
         {
             points.push(point);
             let [red, green, blue] = [red, green, blue].map(|part| f64::from(part) / 255.0);
-            colors.push(colours::opaque(red, green, blue));
+            colors.push(World::opaque(red, green, blue));
         }
     }
     let unit = field.unit(&case.units());
@@ -318,7 +314,7 @@ fn arrow(world: World, (tail, z): (f64, f64), length: f64, width: f64) -> Vec<Ar
         shaft_diameter: world.length(0.5 * width),
         head_length: world.length(head),
         head_diameter: world.length(width),
-        color: Some(colours::DRAG),
+        color: Some(World::DRAG),
     }]
 }
 
@@ -330,5 +326,51 @@ fn label(text: String, pose: Pose) -> TextPrimitive {
         scale_invariant: true,
         color: Some(Color { a: 1.0, ..Color::default() }),
         text,
+    }
+}
+
+/// Heights of names, each in the middle of its layer where there is room, and beside it otherwise; of more layers than there is room
+/// for, every second one or fewer: pairs of the number of a layer and the depth of its name.
+///
+/// * `faces`: depths of the upper faces of the layers, from the surface down
+/// * `depth`: the lower end of the picture
+/// * `pitch`: least distance of names
+pub fn spread(faces: &[f64], depth: f64, pitch: f64) -> Vec<(usize, f64)> {
+    let shown = faces.partition_point(|face| *face < depth);
+    let room = ((depth / pitch) as usize).max(1);
+    let every = shown.div_ceil(room).max(1);
+    let middle = |i: usize| 0.5 * (faces[i] + faces.get(i + 1).map_or(depth, |next| next.min(depth)));
+    let mut names: Vec<(usize, f64)> = (0..shown).step_by(every).map(|i| (i, middle(i))).collect();
+    // down, then up again from the lower end
+    let mut least = 0.5 * pitch;
+    for (_, at) in &mut names {
+        *at = at.max(least);
+        least = *at + pitch;
+    }
+    let mut most = depth - 0.5 * pitch;
+    for (_, at) in names.iter_mut().rev() {
+        *at = at.min(most);
+        most = *at - pitch;
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_keep_their_distance() {
+        // thick layers: in their middles
+        assert_eq!(spread(&[0.0, 4.0], 10.0, 1.0), [(0, 2.0), (1, 7.0)]);
+        // a coating on a half-space, two of them, and one above the lower end
+        assert_eq!(spread(&[0.0, 0.1], 10.0, 1.0), [(0, 0.5), (1, 5.05)]);
+        assert_eq!(spread(&[0.0, 0.1, 0.2], 10.0, 1.0), [(0, 0.5), (1, 1.5), (2, 5.1)]);
+        assert_eq!(spread(&[0.0, 9.8, 9.9], 10.0, 1.0), [(0, 4.9), (1, 8.5), (2, 9.5)]);
+        // below the picture; more than there is room for
+        assert_eq!(spread(&[0.0, 4.0, 11.0], 10.0, 1.0), [(0, 2.0), (1, 7.0)]);
+        let plies: Vec<f64> = (0..20).map(f64::from).collect();
+        let names = spread(&plies, 20.0, 3.0);
+        assert!(names.len() == 5 && names.windows(2).all(|pair| pair[1].1 - pair[0].1 > 2.999), "{names:?}");
     }
 }

@@ -16,98 +16,91 @@ pub fn level_step(range: f64) -> f64 {
     range / SIDE
 }
 
+/// Row and column of the node of the field that a pixel shows; none beside an indenter that gives.
+type Node = Option<[usize; 2]>;
+
 /// The raster of a frame, shape `(rows, columns, fields)`: rows from the deepest up, columns from the left.
 pub struct Section {
     fields: Vec<Field>,
     /// Levels of a dimensionless 1.
     scales: Vec<f32>,
-    /// Node of the field for every row from the deepest up, and for every column from the axis outwards.
-    nodes: Nodes,
+    /// Nodes of the right half, shape `(rows, columns)`, and how many of them are those of the target.
+    nodes: Vec<Node>,
+    columns: usize,
+    target: usize,
     step: Option<u64>,
     levels: Vec<u8>,
 }
 
-struct Nodes {
-    rows: Vec<usize>,
-    columns: Vec<usize>,
-    /// Row and column for every pixel above the surface, from the lowest row up, where an indenter that gives is.
-    above: Vec<Option<[usize; 2]>>,
-}
-
 impl Section {
-    /// The raster of the recorded fields on a viewport.
     pub fn new(case: &Case, viewport: &Viewport) -> Self {
         let (grid, shown) = (case.grid(), case.shown_nodes());
-        let every = case.record.field_every;
+        let every = case.record.field_every as f64;
         let (above, depths) = shown.z.split_at(shown.above);
         let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
-        let nearest = |x: f64| x.round().max(0.0) as usize;
+        let column = |pixel| (grid.place(middle(pixel)) / every).round().max(0.0) as usize;
+        let columns: Vec<usize> = (0..viewport.columns).map(column).collect();
+        let rows = (0..viewport.rows).rev().map(|row| above.len() + nearest_row(depths, middle(row)));
+        let mut nodes: Vec<Node> = rows.flat_map(|j| columns.iter().map(move |i| Some([j, *i]))).collect();
+        let target = nodes.len();
+        nodes.extend(striker_nodes(case, viewport, above, &shown.r));
         let units = case.units();
         let levels = |field: &Field| field.unit(&units).scale / level_step(range(case, *field));
         Self {
             scales: case.record.fields.iter().map(|field| levels(field) as f32).collect(),
             fields: case.record.fields.clone(),
-            nodes: Nodes {
-                rows: (0..viewport.rows)
-                    .rev()
-                    .map(|row| above.len() + nearest_row(depths, middle(row)))
-                    .collect(),
-                columns: (0..viewport.columns)
-                    .map(|i| nearest(grid.place(middle(i)) / every as f64))
-                    .collect(),
-                above: striker_nodes(case, viewport, above, &shown.r),
-            },
+            columns: columns.len(),
+            nodes,
+            target,
             step: None,
             levels: Vec::new(),
         }
     }
 
-    /// Number of fields.
     pub fn fields(&self) -> usize {
         self.fields.len()
     }
 
-    /// The levels of a step.
     pub fn levels(&mut self, step: u64, frame: &Frame) -> &[u8] {
         if self.step != Some(step) {
             self.step = Some(step);
             let fields = self.fields.len();
-            let (rows, columns) = (self.nodes.rows.len(), self.nodes.columns.len());
             // at rest, unless a node of the sample follows
             self.levels.clear();
-            self.levels.resize(rows * 2 * columns * fields, ZERO);
-            self.levels.resize((rows * columns + self.nodes.above.len()) * 2 * fields, EMPTY);
+            self.levels.resize(2 * self.target * fields, ZERO);
+            self.levels.resize(2 * self.nodes.len() * fields, EMPTY);
             for (number, (field, scale)) in self.fields.iter().zip(&self.scales).enumerate() {
                 let sample = frame.sample(*field).expect("a frame has every field that is recorded");
-                fill(&mut self.levels, (number, fields), &self.nodes, sample, *scale);
-                let above = &mut self.levels[rows * 2 * columns * fields..];
-                fill_above(above, (number, fields), &self.nodes, sample, *scale);
+                fill(&mut self.levels, (number, fields), (&self.nodes, self.columns), sample, *scale);
             }
         }
         &self.levels
     }
 }
 
-/// Fills in the levels of one of the fields.
-fn fill(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sample: &Sample, scale: f32) {
+/// Fills in the levels of one of the fields, both halves.
+///
+/// * `nodes`: of the right half, and how many a row has
+fn fill(
+    levels: &mut [u8],
+    (field, fields): (usize, usize),
+    (nodes, columns): (&[Node], usize),
+    sample: &Sample,
+    scale: f32,
+) {
     let Extent { nr, nz } = sample.extent;
-    let columns = nodes.columns.len();
-    let moved = nodes.columns.partition_point(|&node| node < nr);
-    let mut half = vec![ZERO; moved];
-    for (row, &node) in levels.chunks_exact_mut(2 * columns * fields).zip(&nodes.rows) {
-        if node >= nz {
-            continue;
-        }
-        let values = &sample.values[node * nr..][..nr];
-        for (pixel, &node) in half.iter_mut().zip(&nodes.columns) {
-            *pixel = level(values[node] * scale);
-        }
+    for (row, nodes) in levels.chunks_exact_mut(2 * columns * fields).zip(nodes.chunks_exact(columns)) {
         let (left, right) = row.split_at_mut(columns * fields);
-        for (cell, pixel) in right.chunks_exact_mut(fields).zip(&half) {
-            cell[field] = *pixel;
-        }
-        for (cell, pixel) in left.chunks_exact_mut(fields).rev().zip(&half) {
-            cell[field] = *pixel;
+        let cells = right.chunks_exact_mut(fields).zip(left.chunks_exact_mut(fields).rev());
+        for ((right, left), node) in cells.zip(nodes) {
+            // a sample ends where nothing has moved
+            if let Some([j, i]) = *node
+                && j < nz
+                && i < nr
+            {
+                let value = level(sample.values[j * nr + i] * scale);
+                (right[field], left[field]) = (value, value);
+            }
         }
     }
 }
@@ -116,7 +109,7 @@ fn fill(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sampl
 ///
 /// * `depths`: of its rows, from the rear on
 /// * `radii`: of the columns that are shown
-fn striker_nodes(case: &Case, viewport: &Viewport, depths: &[f64], radii: &[f64]) -> Vec<Option<[usize; 2]>> {
+fn striker_nodes(case: &Case, viewport: &Viewport, depths: &[f64], radii: &[f64]) -> Vec<Node> {
     let Some(striker) = &case.indenter.striker else { return Vec::new() };
     let (shape, radius) = (case.shape(), striker.body.radius.unwrap_or(f64::INFINITY));
     // from the nose up
@@ -135,27 +128,6 @@ fn striker_nodes(case: &Case, viewport: &Viewport, depths: &[f64], radii: &[f64]
         .flat_map(|row| (0..viewport.columns).map(move |column| (row, column)))
         .map(|(row, column)| node(row, column))
         .collect()
-}
-
-/// Fills in the levels of one of the fields above the surface.
-fn fill_above(
-    levels: &mut [u8],
-    (field, fields): (usize, usize),
-    nodes: &Nodes,
-    sample: &Sample,
-    scale: f32,
-) {
-    let (columns, nr) = (nodes.columns.len(), sample.extent.nr);
-    for (row, nodes) in levels.chunks_exact_mut(2 * columns * fields).zip(nodes.above.chunks_exact(columns)) {
-        let (left, right) = row.split_at_mut(columns * fields);
-        let cells = right.chunks_exact_mut(fields).zip(left.chunks_exact_mut(fields).rev());
-        for ((right, left), node) in cells.zip(nodes) {
-            if let Some([j, i]) = node {
-                let value = level(sample.values[j * nr + i] * scale);
-                (right[field], left[field]) = (value, value);
-            }
-        }
-    }
 }
 
 /// Number of the nearest of some depths, at an interface on the side of `depth`; beyond the last one there is none.
@@ -185,16 +157,17 @@ mod tests {
 
     #[test]
     fn both_halves_are_mirror_images() {
-        let nodes = Nodes { rows: vec![1, 0], columns: vec![0, 1, 2], above: Vec::new() };
+        let nodes = [1, 0].map(|row| [0, 1, 2].map(|column| Some([row, column])));
+        let nodes = (nodes.as_flattened(), 3);
         let extent = Extent { nr: 2, nz: 1 };
         let slice = Sample { field: Field::Stress, extent, values: vec![10.0, 20.0] };
         let mut levels = vec![ZERO; 2 * 6];
-        fill(&mut levels, (0, 1), &nodes, &slice, 1.0);
+        fill(&mut levels, (0, 1), nodes, &slice, 1.0);
         assert_eq!(levels[..6], [ZERO; 6], "below what has moved");
         assert_eq!(levels[6..], [128, 148, 138, 138, 148, 128]);
         // the second of two fields
         let mut levels = vec![ZERO; 2 * 12];
-        fill(&mut levels, (1, 2), &nodes, &slice, 1.0);
+        fill(&mut levels, (1, 2), nodes, &slice, 1.0);
         assert_eq!(levels[12..], [128, 128, 128, 148, 128, 138, 128, 138, 128, 148, 128, 128]);
     }
 }

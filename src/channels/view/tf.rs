@@ -8,7 +8,6 @@ use crate::{
     message::foxglove::{self, FrameTransform},
 };
 
-/// The channel of a viewport.
 pub fn channel(viewport: &Arc<Viewport>) -> Channel {
     let viewport = Arc::clone(viewport);
     let meaning = "place of the indenter: y = -exaggeration * displacement w, y up";

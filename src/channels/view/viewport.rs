@@ -34,15 +34,11 @@ const ASPECT: f64 = 2.4;
 pub enum Sheet {
     /// The field over the section.
     Field,
-    /// Wave fronts.
     Fronts,
-    /// Backing of the layer.
     Backing,
     /// Filling of the indenter.
     Body,
-    /// Outline of the indenter.
     Outline,
-    /// Surface of the target.
     Surface,
     /// Contact radius, drag, values.
     Marks,
@@ -130,7 +126,6 @@ pub struct EdgeWave {
 }
 
 impl Viewport {
-    /// The viewport for a case.
     pub fn new(case: &Case) -> Self {
         let sizes = &case.sizes;
         let shape = case.shape();
@@ -240,20 +235,23 @@ fn layers(case: &Case) -> Vec<(String, f64)> {
 /// Values beyond it have the colour of the end. In the built-in cases these are 0 to 0.8 % of the moved part of a section,
 /// mostly under edges, where the stress is unbounded.
 pub fn range(case: &Case, field: Field) -> f64 {
-    if let Some(load) = &case.load {
-        return round_up(field.unit(&case.units()).of(of_load(case, load, field)));
-    }
-    let velocity = case.impact.velocity;
+    let [displacement, velocity, stress] = match &case.load {
+        Some(load) => of_load(case, load),
+        None => {
+            let velocity = case.impact.velocity;
+            [largest_displacement(case), HEADROOM * velocity, velocity * (HEADROOM + rise(case))]
+        }
+    };
     let largest = match field {
-        Field::Velocity | Field::VelocityR => HEADROOM * velocity,
-        Field::Displacement | Field::DisplacementR => largest_displacement(case),
+        Field::Displacement | Field::DisplacementR => displacement,
+        Field::Velocity | Field::VelocityR => velocity,
         Field::Stress
         | Field::StressRr
         | Field::StressTt
         | Field::StressRz
         | Field::Pressure
         | Field::VonMises
-        | Field::MaxShear => velocity * (HEADROOM + rise(case)),
+        | Field::MaxShear => stress,
         Field::DamageRatio => 1.0,
     };
     round_up(field.unit(&case.units()).of(largest))
@@ -280,50 +278,41 @@ fn rise(case: &Case) -> f64 {
     half_space.max(layer)
 }
 
-/// What a load of force F does at a distance x from it, its radius or a tenth of the picture, by Boussinesq: stress `3F/2x²`, velocity as in a
-/// wave of that stress, displacement `F/2µx`.
-fn of_load(case: &Case, load: &Load, field: Field) -> f64 {
+/// Displacement, velocity and stress by a load of force F at a distance x from it, its radius or a tenth of the picture, by Boussinesq: stress
+/// `3F/2x²`, velocity as in a wave of that stress, displacement `F/2µx`.
+fn of_load(case: &Case, load: &Load) -> [f64; 3] {
     let Sizes { outer_radius, .. } = case.sizes;
     let width =
         case.mesh.grading.map_or(outer_radius.min(case.record.r_max), |grading| AROUND * grading.near[0]);
     let x = load.radius.unwrap_or_default().max(0.1 * width);
     let (force, c_s) = (load.force.largest(), case.target.material.shear_wave_speed);
-    match field {
-        Field::Displacement | Field::DisplacementR => force / (2.0 * c_s * c_s * x),
-        Field::Velocity
-        | Field::VelocityR
-        | Field::Stress
-        | Field::StressRr
-        | Field::StressTt
-        | Field::StressRz
-        | Field::Pressure
-        | Field::VonMises
-        | Field::MaxShear => 1.5 * force / (x * x),
-        Field::DamageRatio => 1.0,
-    }
+    let stress = 1.5 * force / (x * x);
+    [force / (2.0 * c_s * c_s * x), stress, stress]
 }
 
 fn largest_displacement(case: &Case) -> f64 {
     if let Some(load) = &case.load {
-        return of_load(case, load, Field::Displacement);
+        return of_load(case, load)[0];
     }
     let end_time = case.sizes.steps as f64 * case.sizes.dt;
     // T·M/(T + M), finite for an infinite mass
     case.impact.velocity * end_time / (1.0 + end_time / case.indenter.mass)
 }
 
+/// Numbers of these digits from 1e-15 to 1e15 and beyond, in their order.
+fn round_numbers<const N: usize>(digits: [&str; N]) -> impl Iterator<Item = f64> {
+    (-15..=15)
+        .flat_map(move |decade| digits.map(|digits| format!("{digits}e{decade}").parse().expect("a number")))
+}
+
 /// The largest of 1, 2, 5, 10, 20, … that is not above `x`, decades down to 1e-15 too.
 pub fn round_down(x: f64) -> f64 {
-    let steps = (-15..=15).flat_map(|decade| [1, 2, 5].map(|digit| format!("{digit}e{decade}")));
-    let steps = steps.map(|text| text.parse::<f64>().expect("a number"));
-    steps.take_while(|step| *step <= x).last().unwrap_or(1e-15)
+    round_numbers(["1", "2", "5"]).take_while(|step| *step <= x).last().unwrap_or(1e-15)
 }
 
 /// The smallest round number that is not below `x`, up to rounding.
 fn round_up(x: f64) -> f64 {
-    const ROUND: [&str; 10] = ["1", "1.25", "1.5", "2", "2.5", "3", "4", "5", "6", "8"];
-    let numbers = (-15..=15).flat_map(|decade| ROUND.map(|digits| format!("{digits}e{decade}")));
-    let mut numbers = numbers.map(|text| text.parse::<f64>().expect("a number"));
+    let mut numbers = round_numbers(["1", "1.25", "1.5", "2", "2.5", "3", "4", "5", "6", "8"]);
     numbers.find(|round| *round >= x * (1.0 - 1e-12)).unwrap_or(x)
 }
 

@@ -11,11 +11,23 @@ use crate::{
 /// Makes geometry from lengths in R.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct World {
-    /// Unit of all of it.
     pub unit: Unit,
 }
 
 impl World {
+    /// Deformed surface and backing.
+    pub const SURFACE: Color = Self::opaque(0.0, 0.45, 0.70);
+    pub const OUTLINE: Color = Self::opaque(0.35, 0.35, 0.35);
+    pub const BODY: Color = Self::opaque(0.62, 0.62, 0.62);
+    pub const DRAG: Color = Self::opaque(0.84, 0.37, 0.0);
+    pub const CONTACT: Color = Self::opaque(0.0, 0.62, 0.45);
+    pub const FRONT: Color = Self::opaque(0.90, 0.62, 0.0);
+
+    /// A colour of a scene.
+    pub const fn opaque(r: f64, g: f64, b: f64) -> Color {
+        Color { r, g, b, a: 1.0 }
+    }
+
     /// A length in the unit of the recording.
     pub fn length(self, length: f64) -> f64 {
         self.unit.of(length)
@@ -26,7 +38,6 @@ impl World {
         Vector3 { x: self.length(x), y: self.length(y), z: 0.0 }
     }
 
-    /// The size of a cell.
     pub fn square(self, edge: f64) -> foxglove::Vector2 {
         foxglove::Vector2 { x: self.length(edge), y: self.length(edge) }
     }
@@ -67,5 +78,4 @@ impl World {
     }
 }
 
-/// No rotation.
 pub const UPRIGHT: Quaternion = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };

@@ -43,7 +43,7 @@ fn the_plane_punch_of_the_full_theory() {
             assert!((drag - 0.5 * (1.0 + 0.068_870 * t)).abs() < 1e-6, "{drag}");
             assert!(pressure.iter().all(|p| p.is_finite() && *p > 0.0));
             let untouched = pressure[0] == 0.5;
-            assert_eq!(untouched, 1.0 - form.r0 >= *t, "t = {t}");
+            assert_eq!(untouched, 1.0 - form.interface.r0 >= *t, "t = {t}");
         }
     }
 }
@@ -59,7 +59,7 @@ fn the_wedge_of_the_full_theory() {
     // V0·[(1 − 2β²σ²)²/√(1 − σ²) + 4β³σ²√(1 − β²σ²)], β = 0.4, σ = ½
     let front = 0.5 * (0.92_f64.powi(2) / 0.75_f64.sqrt() + 0.064 * 0.96_f64.sqrt());
     for (i, p) in pressure.iter().enumerate() {
-        let r = form.r0 + i as f64 * form.dr;
+        let r = form.interface.r0 + i as f64 * form.interface.dr;
         let expected = if r > 2.0 * t { 0.0 } else { front };
         assert!((r < *t && *p > 0.0) || (p - expected).abs() < 1e-14, "r = {r}: {p}");
     }

@@ -9,7 +9,7 @@ use super::*;
 use crate::{
     case::Case,
     recording::{Compression, Destination},
-    session::{Observer, Recorded, Recording, Source, Status},
+    session::{Observer, Recorded, Recording, Source, Status, Steps},
     simulation::Simulation,
 };
 
