@@ -160,6 +160,7 @@ def cell(scheme, errors, tolerance, rounds):
     return "–"
 
 
+# as in graded.py cells grow without limit
 BALL = """
 model = "elastic"
 [target]

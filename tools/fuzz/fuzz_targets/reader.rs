@@ -16,6 +16,7 @@ use percuss_reader::{
     messages::Recording,
     failure::Failure,
     recording::Scan,
+    units::Units,
 };
 
 fuzz_target!(|bytes: &[u8]| {
@@ -30,5 +31,5 @@ fuzz_target!(|bytes: &[u8]| {
     }
     let request = Request { topics: vec!["*".parse().expect("a pattern")], ..Request::default() };
     drop(trace(&[path.clone()], &request, LIMITS, &mut Nowhere));
-    drop(summary(&[path], true, LIMITS, &mut Nowhere));
+    drop(summary(&[path], true, &Units::default(), LIMITS, &mut Nowhere));
 });
