@@ -71,12 +71,21 @@ mod tests {
     fn what_no_person_writes_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a");
-        fs::write(&path, b"a\nb\xff").expect("room");
-        assert!(read_text(&path).expect_err("no text").to_string().contains("byte 0xff in line 2"));
+        let refusal = |bytes: &[u8]| {
+            fs::write(&path, bytes).expect("room");
+            read_text(&path).expect_err("it is refused").to_string()
+        };
+        assert!(refusal(b"a\nb\xff").contains("byte 0xff in line 2"));
+        assert!(refusal(&[mcap::MAGIC, &[0xff]].concat()).contains("is a recording"));
+        assert!(read_text(folder.path()).expect_err("a folder").to_string().contains("is a folder"));
+        assert!(matches!(read_text(&folder.path().join("none")), Err(InputError::System(_))));
         let file = File::create(&path).expect("a file");
         file.set_len(LONGEST).expect("room");
         assert_eq!(read_text(&path).expect("it is short enough").len() as u64, LONGEST);
         file.set_len(LONGEST + 1).expect("room");
         assert!(matches!(read_text(&path), Err(InputError::TooLong)));
+        // of any length, for nothing of it is kept
+        file.set_len(1 << 50).or_else(|_| file.set_len(1 << 40)).expect("room");
+        assert!(read_text(&path).expect_err("too long").to_string().contains("16 MiB"));
     }
 }

@@ -509,13 +509,15 @@ mod tests {
         assert!(stiffness(1e9, 1e9).is_ok());
         assert!(stiffness(6e9, 1e9).is_err_and(|error| error.contains("(C11 + C12)·C33")));
         assert!(stiffness(1e9, -1e9).is_err_and(|error| error.contains("C44 = -1")));
+        let refused = |constants: &[(&str, f64)]| of(constants, 1000.0).expect_err("impossible").to_string();
+        let alone = refused(&[("youngs_modulus", 1e9)]);
+        assert_eq!(alone, "the elastic constant youngs_modulus alone");
+        assert!(refused(&[("youngs_modulus", 1e9), ("shear_modulus", 1e8)]).contains("make K ="));
     }
 
     #[test]
     fn presets_are_possible_materials_in_order() {
         assert!(PRESETS.is_sorted_by(|a, b| a.name < b.name));
-        let found = ["PMMA", "aluminum", "cheese"].map(|name| Some(Preset::find(name)?.name));
-        assert_eq!(found, [Some("pmma"), Some("aluminium"), None]);
         for preset in PRESETS {
             let (c_p, c_s) = preset.elastic().wave_speeds();
             let (moduli, ratios) = preset.elastic().engineering();
@@ -525,9 +527,22 @@ mod tests {
             let known: Vec<f64> = preset.strengths.all().into_iter().flatten().collect();
             assert_eq!(known.is_empty(), preset.grade.is_empty(), "{}", preset.name);
             assert!(known.iter().all(|strength| *strength > 1e7 && *strength < moduli[0] / 30.0));
+            // of speeds of a table the constants are moduli
+            if let Constants::Isotropic([("bulk_modulus", _), _]) = preset.constants {
+                let whole = |speed: f64| (speed / speed.round() - 1.0).abs() < 1e-14;
+                assert!(whole(c_p) && whole(c_s), "{} {c_p} {c_s}", preset.name);
+            }
             if preset.name == "aluminium" {
                 assert!((c_p / 6420.0 - 1.0).abs() < 1e-14 && (c_s / 3040.0 - 1.0).abs() < 1e-14);
             }
         }
+    }
+
+    #[test]
+    fn names_are_found_as_people_write_them() {
+        for name in ["PMMA", "pmma", "aluminum", "Aluminium"] {
+            assert!(Preset::find(name).is_some(), "{name}");
+        }
+        assert_eq!(Preset::find("cheese"), None);
     }
 }

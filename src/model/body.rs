@@ -935,8 +935,8 @@ impl Body {
         let side = if j < row { Forces::below } else { Forces::above };
         let constants = self.rows[j].as_ref().expect("a row of cells");
         let Columns { spread, slope, area, flow, .. } = &self.columns;
+        let rows = cell_rows(now, j);
         let [inner, outer] = [i, i + 1].map(|i| {
-            let rows = cell_rows(now, j);
             let [u, v] = [0, 1].map(|field| rows[field].map(|row| self.sides(row, field, i)));
             let weights = Weights {
                 spread: [spread[0][i], spread[1][i]],

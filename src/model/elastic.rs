@@ -227,7 +227,11 @@ impl Scheme<2> for CellScheme {
         // no cell lies between the two rows of an interface
         if j != self.grid.layer(j).last() {
             let at = self.reading(now);
-            columns.for_each(|i| take(i, self.largest_strain(&at, j, i), Some(self.cell_stress(&at, j, i))));
+            let is_compared = CellScheme::strengths(self)[self.grid.layer_of(j)].is_known();
+            columns.for_each(|i| {
+                let stress = is_compared.then(|| self.cell_stress(&at, j, i));
+                take(i, self.largest_strain(&at, j, i), stress);
+            });
         }
     }
 

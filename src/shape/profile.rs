@@ -161,9 +161,16 @@ mod tests {
 
     #[test]
     fn bad_points_are_named() {
-        for bad in [[0.5, -0.1], [f64::NAN, 0.1], [0.0, 1.0]] {
-            let message = Profile::new(&[[0.0, 0.0], bad, [1.0, 1.0]]).expect_err("bad points");
-            assert!(message.starts_with("point 2 "), "{message}");
+        let cases = [
+            (vec![[0.0, 0.0]], "at least 2"),
+            (vec![[0.0, 0.1], [1.0, 1.0]], "point 1"),
+            (vec![[0.0, 0.0], [0.5, -0.1], [1.0, 1.0]], "point 2"),
+            (vec![[0.0, 0.0], [0.5, 0.1], [0.5, 1.0]], "point 3"),
+            (vec![[0.0, 0.0], [f64::NAN, 0.1]], "point 2"),
+        ];
+        for (points, part) in cases {
+            let message = Profile::new(&points).expect_err("bad points");
+            assert!(message.contains(part), "{message}");
         }
     }
 }

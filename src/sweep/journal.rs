@@ -294,4 +294,14 @@ mod tests {
         }
         assert_eq!(done().entries[&entry(1, State::Completed).digest].state, State::Completed);
     }
+
+    #[test]
+    fn a_journal_belongs_to_one_process_at_a_time() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("manifest.jsonl");
+        let journal = Journal::open(&path).expect("a journal");
+        assert!(matches!(Journal::open(&path), Err(SweepError::Busy(_))));
+        drop(journal);
+        Journal::open(&path).expect("a journal");
+    }
 }

@@ -324,8 +324,6 @@ pub struct Seen {
     pub damages: Vec<Damage>,
     /// Messages that do not fit their schema, of those that were decoded.
     pub undecoded: u64,
-    /// Bytes of the file that were read.
-    pub bytes: u64,
 }
 
 /// What is made of every record of the file, and of messages that can be decoded.
@@ -430,8 +428,7 @@ impl Messages<'_> {
 
     /// What was wrong so far.
     pub fn seen(&self) -> Seen {
-        let (damages, bytes) = (self.scan.damages().to_vec(), self.scan.bytes_read());
-        Seen { damages, undecoded: self.undecoded, bytes }
+        Seen { damages: self.scan.damages().to_vec(), undecoded: self.undecoded }
     }
 }
 

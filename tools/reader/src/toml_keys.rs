@@ -69,4 +69,14 @@ mod tests {
         let many: String = (0..1000).map(|i| format!("k{i} = 1\n")).collect();
         assert!(entries((content + &many).as_bytes(), &mut Budget::new(2 << 20)).is_none());
     }
+
+    #[test]
+    fn keys_are_dotted() {
+        let mut budget = Budget::new(1 << 20);
+        let flat = entries(b"a = 1\n[b]\nc = inf\nd = [1, 2]\n", &mut budget).expect("TOML");
+        let keys: Vec<&str> = flat.keys().map(String::as_str).collect();
+        assert_eq!(keys, ["a", "b.c", "b.d"]);
+        assert_eq!(flat["b.d"].to_string(), "[1, 2]");
+        assert!(entries(b"a = ", &mut budget).is_none());
+    }
 }

@@ -126,7 +126,7 @@ impl Losses {
         losses
     }
 
-    pub(crate) fn add(&mut self, path: &Path, Seen { damages, undecoded, .. }: Seen) {
+    pub(crate) fn add(&mut self, path: &Path, Seen { damages, undecoded }: Seen) {
         self.damages.extend(damages.into_iter().map(|damage| (path.to_owned(), damage)));
         self.undecoded += undecoded;
     }

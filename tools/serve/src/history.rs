@@ -345,4 +345,34 @@ mod tests {
         history.time(1001);
         assert_eq!(read(&history, &mut cursor).1, [1001]);
     }
+
+    #[test]
+    fn new_viewers_get_complete_series_and_the_last_picture() {
+        let mut history = History::new(2);
+        run(&mut history, 0..301);
+        let mut cursor = history.cursor(0);
+        assert_eq!(history.subscribe(&mut cursor, [(0, 7), (1, 8)]), None);
+        let (messages, times) = read(&history, &mut cursor);
+        assert_eq!(messages[&7], (0..301).collect::<Vec<u64>>());
+        assert_eq!(messages[&8], [300]);
+        assert!(times.is_sorted());
+        // from there on it gets everything
+        run(&mut history, 301..321);
+        let (messages, _) = read(&history, &mut cursor);
+        assert_eq!((messages[&7].len(), &messages[&8]), (20, &vec![310, 320]));
+    }
+
+    #[test]
+    fn a_later_subscription_repeats_the_past_of_all() {
+        let mut history = History::new(3);
+        run(&mut history, 0..50);
+        history.message(2, 3, b"an event, written late");
+        let mut cursor = history.cursor(0);
+        history.subscribe(&mut cursor, [(0, 7)]);
+        assert_eq!(read(&history, &mut cursor).0[&7].len(), 50);
+        assert_eq!(history.subscribe(&mut cursor, [(1, 8)]), Some(0));
+        let (messages, times) = read(&history, &mut cursor);
+        assert_eq!((messages[&7].len(), messages[&8].len()), (50, 1));
+        assert_eq!(times.first(), Some(&0), "time goes back: the viewer drops what it has");
+    }
 }

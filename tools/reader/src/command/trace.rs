@@ -402,3 +402,16 @@ fn heads(files: &[Traced], many_files: bool, request: &Request) -> Vec<Head> {
     }
     heads
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_given_once() {
+        let mut names = Names::default();
+        let taken =
+            ["time", "time", "time", "/p.time", "x", "/a/b.x", "/a.b.x"].map(|name| names.take("/p", name));
+        assert_eq!(taken, ["time", "/p.time", "time#2", "/p.time#2", "x", "/a/b.x", "/a.b.x#2"]);
+    }
+}

@@ -428,4 +428,15 @@ mod tests {
         let sides = [false, true].map(|is_lower| nearest_point(&interface, (1.0, is_lower)));
         assert_eq!(sides, [Some((1.0, 2.0)), Some((1.0, 3.0))]);
     }
+
+    #[test]
+    fn numbers_of_a_page_are_short_and_in_the_unit_that_is_best_read() {
+        let scale = Scale::of_page(&[Heading::new("force", Some("N"))], [0.0, -1.5e6].into_iter());
+        assert_eq!((scale.label.as_str(), scale.name()), ("force [MN]", Some("MN")));
+        assert_eq!(scale.numbers([1_234_567.0, f64::NAN]), [Value::from(1.23457), Value::Null]);
+        let plain = Scale::of_page(&[Heading::new("r", Some("R"))], [2.0].into_iter());
+        assert_eq!((plain.label.as_str(), plain.name(), plain.number(2.0)), ("r [R]", None, 2.0.into()));
+        let two = [Heading::new("kinetic", Some("J")), Heading::new("force", Some("N"))];
+        assert_eq!(Scale::of_page(&two, [5e6].into_iter()).name(), None);
+    }
 }

@@ -272,3 +272,34 @@ impl<'a> Name<'a> {
         Some((leaf, layout.way(leaf).map(index).collect()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_maps_may_be_any_text() {
+        let name = Name::parse("a.gains[joint.1@x].b[2]@r=0").expect("a name");
+        assert_eq!(name.parts, [("a", None), ("gains", Some("joint.1@x")), ("b", Some("2"))]);
+        assert_eq!(name.at, Some("r=0"));
+        for bad in ["a[1", "a[1]b", "a[1].[2", "a[1][2]"] {
+            assert!(Name::parse(bad).is_none(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn positions_are_lists_or_points() {
+        let parse = |text: &str| text.parse::<Positions>();
+        let point = parse("r=0, z=0.5,1").expect("points");
+        assert_eq!(
+            (point.on("r"), point.on("z"), point.on("x")),
+            (Some(&[0.0][..]), Some(&[0.5, 1.0][..]), None)
+        );
+        assert_eq!(point.to_string(), "r=0,z=0.5,1");
+        let typed = parse("r=0.1mm,z=2 cm").expect("a point");
+        assert_eq!((typed.to_string().as_str(), typed.has_unit), ("r=0.0001,z=0.02", true));
+        for bad in ["0,1", "r=", "r=x", "r=nan", "r=0,r=1", ""] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+}

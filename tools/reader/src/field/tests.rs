@@ -109,3 +109,20 @@ fn names_are_taken_apart() {
         assert_eq!(place_and_field(name), (place, field));
     }
 }
+
+#[test]
+fn refusals_are_explained() {
+    let channel = channel(&[]);
+    let select = |field: &str, at: Option<&str>| {
+        let fields = if field.is_empty() { Vec::new() } else { vec![field.to_owned()] };
+        let at = at.map(|at| at.parse().expect("positions")).into_iter().collect();
+        let selected =
+            columns(&channel, &Selection { fields, at, ..Selection::default() }, &mut |_| array(20_000));
+        selected.expect_err("a refusal").to_string()
+    };
+    assert!(select("q", None).contains("time, r0, dr, p"));
+    assert!(select("p[x]", None).contains("no field `p[x]`"));
+    assert!(select("r0[1]", None).contains("not an array"));
+    assert!(select("", Some("r=1")).contains("axis named `r`"));
+    assert!(select("p", None).contains("more than 10000"));
+}

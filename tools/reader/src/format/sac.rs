@@ -164,4 +164,9 @@ mod tests {
         let plain = write(&[0.0, 1.0, 2.0], "R").expect("a trace");
         assert_eq!((plain[4 * 86], &plain[4 * 160..]), (5, &(2e-9_f32).to_le_bytes()[..]));
     }
+
+    #[test]
+    fn times_that_are_not_evenly_apart_are_refused() {
+        assert!(write(&[0.0, 1.0, 2.5], "m").is_err() && write(&[], "m").is_err());
+    }
 }

@@ -55,3 +55,16 @@ fn part_of(path: &Path, error: &io::Error) -> Option<PathBuf> {
     let part = path.with_file_name(name);
     (error.kind() == io::ErrorKind::NotFound && part.is_file()).then_some(part)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_what_is_not_complete() {
+        assert!(is_part(Path::new("a/run.mcap.part")) && !is_part(Path::new("a/part")));
+        assert!(!is_part(Path::new("a/run.mcap")));
+        assert_eq!(without_part(Path::new("a/run.mcap.part")), Path::new("a/run.mcap"));
+        assert_eq!(without_part(Path::new("a/run.mcap")), Path::new("a/run.mcap"));
+    }
+}

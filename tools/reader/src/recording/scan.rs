@@ -132,7 +132,6 @@ pub struct Scan {
     limits: Limits,
     length: u64,
     position: u64,
-    read: u64,
     body: Vec<u8>,
     decompressor: Option<LinearReader>,
     open: Option<Open>,
@@ -214,7 +213,6 @@ impl Scan {
             limits,
             length,
             position: MAGIC.len() as u64,
-            read: MAGIC.len() as u64,
             body: Vec::new(),
             decompressor: None,
             open: None,
@@ -267,11 +265,6 @@ impl Scan {
     /// The summary of the file, empty if there is none.
     pub fn index(&self) -> &Arc<Index> {
         &self.index
-    }
-
-    /// Bytes of the file that were read so far, the summary left aside.
-    pub fn bytes_read(&self) -> u64 {
-        self.read
     }
 
     /// What was wrong so far.

@@ -37,3 +37,21 @@ fn cell(text: &str) -> Cell {
         _ => Cell::Text(text.into()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_stand_in_brackets() {
+        for (text, name, unit) in [
+            ("force [kN]", "force", Some("kN")),
+            ("stress@r=0.5 [γc_p²]", "stress@r=0.5", Some("γc_p²")),
+            ("list[3]", "list[3]", None),
+            ("list[3] [m]", "list[3]", Some("m")),
+        ] {
+            let Heading { name: found, unit: found_unit, .. } = heading(text);
+            assert_eq!((found.as_str(), found_unit.as_deref()), (name, unit));
+        }
+    }
+}

@@ -192,4 +192,42 @@ mod tests {
         let error = cut(image, Some((10.0, 20.0)), None).expect_err("nothing there").to_string();
         assert!(error.contains("--x-range 10,20") && error.contains("0.5 to 3.5"), "{error}");
     }
+
+    fn line(name: &str, unit: &str, points: &[(f64, f64)]) -> Line {
+        let heading = Heading::new(name, Some(unit));
+        Line { curve: Curve { name: name.into(), points: points.to_vec(), ..Curve::default() }, heading }
+    }
+
+    #[test]
+    fn a_topic_shows_the_unit_of_its_first_field() {
+        let mut lines = vec![
+            line("/drag.force", "N", &[]),
+            line("/drag.contact_radius", "m", &[]),
+            line("/velocity.velocity", "m/s", &[]),
+            line("/drag.friction", "N", &[]),
+        ];
+        keep_first_units(&mut lines);
+        let names: Vec<&str> = lines.iter().map(|line| line.heading.name.as_str()).collect();
+        assert_eq!(names, ["/drag.force", "/velocity.velocity", "/drag.friction"]);
+    }
+
+    #[test]
+    fn axes_have_the_prefix_of_what_they_show() {
+        let time = Heading::new("time", Some("s"));
+        let left = || vec![line("force", "N", &[(0.0, 0.0), (2e-6, 4000.0), (5e-6, 3e9)])];
+        let right = vec![line("velocity", "m/s", &[(0.0, 2500.0)])];
+        let request = Request { x_range: Some((0.0, 3e-6)), ..Request::default() };
+        let panel = panel(&time, left(), right, &request);
+        assert_eq!((panel.x_label.as_str(), panel.y_label.as_str()), ("time [µs]", "force [kN]"));
+        assert_eq!((panel.right_label.as_str(), panel.right[0].points[0].1), ("velocity [m/s]", 2500.0));
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        let (x, y) = panel.curves[0].points[1];
+        assert!(close(x, 2.0) && close(y, 4.0) && close(panel.x_range.expect("ends").1, 3.0));
+        let request = Request { range: Some((0.0, 2e6)), ..Request::default() };
+        let panel = super::panel(&time, left(), Vec::new(), &request);
+        assert_eq!((panel.y_label.as_str(), panel.y_range), ("force [MN]", Some((0.0, 2.0))));
+        assert_eq!(time_label(1.25e-5, Some("s"), &Units::default()), "time 12.5 µs");
+        assert_eq!(time_label(3.2165977e-5, Some("s"), &Units::default()), "time 32.166 µs");
+        assert_eq!(time_label(2.5, Some("R/c_p"), &Units::default()), "time 2.5");
+    }
 }

@@ -361,4 +361,16 @@ mod tests {
         assert_eq!(doubled.map(|i| places.at(i)).collect::<Vec<_>>(), [5.0, 5.03]);
         assert_eq!(downsampled(&positions[..100]).length(), 100);
     }
+
+    #[test]
+    fn the_nearest_point_counts_and_none_is_zero() {
+        let points = [(0.5, 1.0), (1.5, 2.0), (2.5, 3.0)];
+        for (place, value) in [(0.0, 1.0), (0.9, 1.0), (1.1, 2.0), (3.0, 3.0), (3.1, 0.0), (-0.1, 0.0)] {
+            assert_eq!(nearest(&points, (place, false), 0.5), value, "{place}");
+        }
+        assert_eq!(nearest(&[], (1.0, false), 0.5), 0.0);
+        let interface = [(0.0, 1.0), (1.0, 2.0), (1.0, 3.0), (1.5, 4.0)];
+        let at = |is_lower| nearest(&interface, (1.0, is_lower), 0.5);
+        assert_eq!((at(false), at(true)), (2.0, 3.0));
+    }
 }

@@ -25,7 +25,6 @@ impl Scan {
             return self.ends_early(offset, "the file ends where another record should begin");
         }
         self.source.read_exact(&mut prefix)?;
-        self.read += PREFIX;
         let [opcode, length @ ..] = prefix;
         let length = u64::from_le_bytes(length);
         let end = (offset + PREFIX).saturating_add(length);
@@ -43,7 +42,6 @@ impl Scan {
         }
         self.body.resize(length as usize, 0);
         self.source.read_exact(&mut self.body)?;
-        self.read += length;
         self.position = end;
         self.check_crc(offset, opcode, &prefix);
         match opcode {
@@ -128,7 +126,6 @@ impl Scan {
         self.source.read_exact(&mut saved)?;
         whole.iter_mut().for_each(|crc| crc.update(&saved));
         self.crc = whole;
-        self.read += length;
         self.position = offset + PREFIX + length;
         let (saved, found) = (u32::from_le_bytes(saved), own.finalize());
         if CHECKSUMS_COUNT && saved != 0 && saved != found {

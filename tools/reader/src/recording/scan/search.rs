@@ -40,7 +40,6 @@ impl Scan {
             let size = (WINDOW + HEAD).min(self.length - start);
             let mut window = vec![0; size as usize];
             self.source.read_exact(&mut window)?;
-            self.read += size;
             let heads = window.windows(HEAD as usize).enumerate();
             for (i, head) in heads.filter(|(_, head)| head[0] == op::CHUNK) {
                 let offset = start + i as u64;
